@@ -1,0 +1,3 @@
+//! Finds and binds Embree.
+
+fn main() {}

@@ -1,0 +1,18 @@
+//! The small nouns that every layer shares: rays, hits, frames, colours, warps, samplers.
+//!
+//! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
+
+mod fixed;
+mod frame;
+mod ray;
+mod rgb;
+pub mod sampler;
+pub mod warp;
+
+pub use fixed::Fixed;
+pub use frame::Frame;
+pub use ray::{Hit, Ray, Skip};
+pub use rgb::Rgb;
+pub use sampler::{Sampler, SamplerKind};
+
+pub use glam::Vec3;

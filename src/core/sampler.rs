@@ -1,0 +1,163 @@
+//! Random numbers as a pure function of (seed, pixel, sample index, dimension).
+//!
+//! Nothing here has state, so thread count, tile size, sharding and packet width change no number. Dimensions come
+//! in pairs: each pair is the two-dimensional Sobol sequence, its order shuffled and its values scrambled by
+//! Owen's nested uniform permutation with keys of its own, so that any contiguous run of indices is stratified in
+//! every pair and pairs are independent of each other.
+//!
+//! Sources: Burley 2020, *Practical Hash-based Owen Scrambling*; Ahmed 2024, *An Implementation Algorithm of 2D
+//! Sobol Sequence Fast, Elegant, and Compact*; Vegdahl 2021 for the hash's constants.
+
+/// Which sequence of numbers a render draws from.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum SamplerKind {
+    /// Owen-scrambled Sobol points: stratified in each pair of dimensions.
+    #[default]
+    Sobol,
+    /// Independent uniform numbers.
+    Independent,
+}
+
+/// The numbers of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    kind: SamplerKind,
+    key: u32,
+}
+
+impl Sampler {
+    /// The numbers of pixel `(x, y)` of the full image under `seed`.
+    #[inline]
+    pub fn new(kind: SamplerKind, seed: u32, x: u32, y: u32) -> Self {
+        Self { kind, key: hash(hash(hash(seed ^ 0x9e37_79b9) ^ x) ^ y) }
+    }
+
+    /// Sample `index` of pair `dimension`, both coordinates multiples of `2^-24` in `[0, 1)`.
+    #[inline]
+    pub fn pair(&self, index: u32, dimension: u32) -> [f32; 2] {
+        let key = hash(self.key ^ dimension.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b));
+        let [x, y] = match self.kind {
+            SamplerKind::Sobol => {
+                let [x, y] = sobol_pair(owen_scramble(index, key));
+                [owen_scramble(x, hash(key ^ 0x68bc_21eb)), owen_scramble(y, hash(key ^ 0x02e5_be93))]
+            }
+            SamplerKind::Independent => {
+                let x = hash(key ^ hash(index.wrapping_add(0x632b_e5ab)));
+                [x, hash(x ^ 0x1b56_c4e9)]
+            }
+        };
+        [to_unit(x), to_unit(y)]
+    }
+
+    /// Sample `index` of `dimension`, one number.
+    #[inline]
+    pub fn single(&self, index: u32, dimension: u32) -> f32 {
+        self.pair(index, dimension)[0]
+    }
+}
+
+/// The upper 24 bits as a number in `[0, 1)`.
+#[inline]
+fn to_unit(x: u32) -> f32 {
+    (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
+}
+
+/// A bijective 32-bit hash of low bias (Wellons' search, `lowbias32`).
+#[inline]
+pub fn hash(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x21f0_aaad);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0xd35a_2d97);
+    x ^ (x >> 15)
+}
+
+/// Owen scrambling of a number whose most significant bit decides first.
+///
+/// The Laine-Karras permutation wants the bits reversed, so this takes and gives them in the natural order.
+#[inline]
+fn owen_scramble(x: u32, seed: u32) -> u32 {
+    let mut v = x.reverse_bits();
+    v ^= v.wrapping_mul(0x3d20_adea);
+    v = v.wrapping_add(seed);
+    v = v.wrapping_mul((seed >> 16) | 1);
+    v ^= v.wrapping_mul(0x0552_6c56);
+    v ^= v.wrapping_mul(0x53a2_2864);
+    v.reverse_bits()
+}
+
+/// Point `index` of the two-dimensional Sobol sequence, as 32-bit fractions.
+#[inline]
+fn sobol_pair(index: u32) -> [u32; 2] {
+    let mut v = index;
+    // Output bit i is the sum of the index bits j that contain i (Pascal's triangle mod 2): a superset sum.
+    v ^= v >> 16;
+    v ^= (v >> 8) & 0x00ff_00ff;
+    v ^= (v >> 4) & 0x0f0f_0f0f;
+    v ^= (v >> 2) & 0x3333_3333;
+    v ^= (v >> 1) & 0x5555_5555;
+    [index.reverse_bits(), v.reverse_bits()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The second Sobol dimension by its direction numbers, one bit at a time.
+    fn sobol_by_direction_numbers(mut index: u32) -> u32 {
+        let (mut direction, mut x) = (1u32 << 31, 0);
+        while index != 0 {
+            if index & 1 == 1 {
+                x ^= direction;
+            }
+            index >>= 1;
+            direction ^= direction >> 1;
+        }
+        x
+    }
+
+    #[test]
+    fn the_bit_parallel_sobol_is_the_sequence() {
+        for index in (0..100_000).chain([u32::MAX, 0x8000_0000, 0xdead_beef]) {
+            assert_eq!(sobol_pair(index)[1], sobol_by_direction_numbers(index), "{index}");
+        }
+    }
+
+    #[test]
+    fn every_aligned_run_is_stratified_in_both_coordinates_and_in_boxes() {
+        let sampler = Sampler::new(SamplerKind::Sobol, 7, 3, 5);
+        for dimension in 0..8 {
+            for start in [0u32, 64, 1 << 20] {
+                let points: Vec<_> = (start..start + 64).map(|i| sampler.pair(i, dimension)).collect();
+                for (nx, ny) in [(64, 1), (32, 2), (8, 8), (2, 32), (1, 64)] {
+                    let mut count = vec![0; 64];
+                    for p in &points {
+                        count[(p[0] * nx as f32) as usize * ny + (p[1] * ny as f32) as usize] += 1;
+                    }
+                    assert!(count.iter().all(|&c| c == 1), "{dimension} {start} {nx}x{ny}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_stay_below_one_and_pairs_are_uncorrelated() {
+        for kind in [SamplerKind::Sobol, SamplerKind::Independent] {
+            let sampler = Sampler::new(kind, 1, 0, 0);
+            let n = 1 << 14;
+            let (mut sum, mut cross) = (0.0f64, 0.0f64);
+            for i in 0..n {
+                let ([a, b], [c, _]) = (sampler.pair(i, 4), sampler.pair(i, 5));
+                assert!((0.0..1.0).contains(&a) && (0.0..1.0).contains(&b));
+                sum += f64::from(a + b);
+                cross += (f64::from(a) - 0.5) * (f64::from(c) - 0.5);
+            }
+            let n = f64::from(n);
+            assert!((sum / n - 1.0).abs() < 5.0 * (1.0 / 6.0 / n).sqrt(), "{kind:?}");
+            assert!((cross / n).abs() < 5.0 / 12.0 / n.sqrt(), "{kind:?}");
+        }
+    }
+}

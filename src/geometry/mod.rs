@@ -1,0 +1,49 @@
+//! Shapes that rays can hit, their readers and their generators.
+//!
+//! Knows nothing of materials. An accelerator is built from a slice of [`Shape`]s: the index of a shape in that
+//! slice is its `geom_id`.
+
+mod bounds;
+mod mesh;
+mod sphere;
+
+pub use bounds::Aabb;
+pub use mesh::{MeshError, TriangleMesh};
+pub use sphere::Sphere;
+
+use std::sync::Arc;
+
+/// One geometry: what a `geom_id` names.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Triangles; `prim_id` indexes them.
+    Mesh(Arc<TriangleMesh>),
+    /// Analytic spheres; `prim_id` indexes them.
+    Spheres(Arc<[Sphere]>),
+}
+
+impl Shape {
+    /// Number of primitives.
+    pub fn primitive_count(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.triangle_count(),
+            Self::Spheres(spheres) => spheres.len(),
+        }
+    }
+
+    /// The box around all primitives; empty for a shape without any.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Mesh(mesh) => mesh.bounds(),
+            Self::Spheres(spheres) => spheres.iter().fold(Aabb::EMPTY, |b, s| b.union(s.bounds())),
+        }
+    }
+
+    /// Bytes that the shape keeps in memory.
+    pub fn memory_bytes(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.memory_bytes(),
+            Self::Spheres(spheres) => size_of_val(&spheres[..]),
+        }
+    }
+}

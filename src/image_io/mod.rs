@@ -1,0 +1,1 @@
+//! EXR and PNG.

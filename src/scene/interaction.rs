@@ -1,0 +1,123 @@
+//! The point that a ray hit, as everything above the accelerators sees it.
+
+use super::Scene;
+use crate::bxdf::Incidence;
+use crate::core::{Hit, Ray, Skip};
+use crate::geometry::Shape;
+use crate::scene::SelfHit;
+use glam::Vec3;
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceInteraction {
+    /// The point, from the primitive itself and not from the ray's parameter.
+    pub p: Vec3,
+    /// Bound of the error of `p` along the geometric normal.
+    pub p_error: f32,
+    /// Directions and normals, on the viewer's side.
+    pub at: Incidence,
+    /// The hit's geometry.
+    pub geom_id: u32,
+    /// The hit's primitive.
+    pub prim_id: u32,
+    /// Whether the primitive is flat, so that no ray that leaves it can come back to it.
+    pub flat: bool,
+}
+
+/// `n eps / (1 - n eps)`: bound of the relative error of n roundings (Higham).
+const fn gamma(n: f32) -> f32 {
+    let eps = 0.5 * f32::EPSILON;
+    n * eps / (1.0 - n * eps)
+}
+
+impl Scene {
+    /// What `hit` means: the same for every backend.
+    ///
+    /// The point comes from the barycentric coordinates (pbrt-v4, 6.8.5), which bounds its error by the size of the
+    /// coordinates and not by the length of the ray.
+    #[inline]
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let wo = -ray.dir;
+        let (p, error, ng, n, flat) = match &self.shapes[hit.geom_id as usize] {
+            Shape::Mesh(mesh) => {
+                let corners = mesh.indices()[hit.prim_id as usize];
+                let [a, b, c] = corners.map(|v| mesh.positions()[v as usize]);
+                let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+                let p = weights[0] * a + weights[1] * b + weights[2] * c;
+                let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
+                let ng = unit_normal(a, b, c);
+                let n = match mesh.normals() {
+                    [] => ng,
+                    normals => {
+                        let [na, nb, nc] = corners.map(|v| normals[v as usize]);
+                        (weights[0] * na + weights[1] * nb + weights[2] * nc).try_normalize().unwrap_or(ng)
+                    }
+                };
+                (p, gamma(7.0) * ng.abs().dot(sum), ng, n, true)
+            }
+            Shape::Spheres(spheres) => {
+                let sphere = spheres[hit.prim_id as usize];
+                let ng = sphere.normal_at(ray.at(hit.t));
+                let p = sphere.center + sphere.radius * ng;
+                let size = sphere.center.abs().max_element() + sphere.radius;
+                (p, gamma(16.0) * size, ng, ng, false)
+            }
+        };
+        let front = ng.dot(wo) >= 0.0;
+        let ng = if front { ng } else { -ng };
+        SurfaceInteraction {
+            p,
+            p_error: error,
+            at: Incidence { wo, n: shading_normal(n, ng, wo), ng, front },
+            geom_id: hit.geom_id,
+            prim_id: hit.prim_id,
+            flat,
+        }
+    }
+}
+
+/// The unit normal of a triangle; computed in f64, where the cross product of the edges does not cancel.
+#[inline]
+fn unit_normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
+    let a = a.as_dvec3();
+    (b.as_dvec3() - a).cross(c.as_dvec3() - a).normalize().as_vec3()
+}
+
+/// The interpolated normal on the viewer's side, bent towards `ng` as little as makes the mirror direction leave
+/// the surface; `ng` itself where the interpolated one faces away from the viewer.
+#[inline]
+fn shading_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
+    let n = if n.dot(ng) < 0.0 { -n } else { n };
+    let cos_o = n.dot(wo);
+    if cos_o <= 0.0 {
+        return ng;
+    }
+    // r . ng > 0 with r = 2 (n . wo) n - wo.
+    if 2.0 * cos_o * n.dot(ng) > wo.dot(ng) {
+        return n;
+    }
+    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng.
+    let r = 2.0 * cos_o * n - wo;
+    let lifted = (r - ng * (r.dot(ng) - 0.01 * wo.dot(ng).max(1e-4))).try_normalize();
+    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0).unwrap_or(ng)
+}
+
+impl SurfaceInteraction {
+    /// A ray from this point along the unit vector `wi`, which does not hit the surface that it leaves.
+    ///
+    /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6).
+    #[inline]
+    pub fn spawn(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
+        let leaves_above = wi.dot(self.at.ng) >= 0.0;
+        let side = if leaves_above { self.at.ng } else { -self.at.ng };
+        let skip = match self_hit {
+            SelfHit::Geometry => Skip::Geometry(self.geom_id),
+            // A ray that goes into a sphere must meet its far side.
+            SelfHit::Primitive if self.flat || leaves_above == self.at.front => {
+                Skip::Primitive { geom: self.geom_id, prim: self.prim_id }
+            }
+            SelfHit::Primitive | SelfHit::Offset => Skip::None,
+        };
+        Ray { origin: self.p + side * self.p_error, t_min: 0.0, dir: wi, t_max, skip }
+    }
+}

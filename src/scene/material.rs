@@ -1,0 +1,95 @@
+//! Materials: what makes a [`Bsdf`] of a point.
+
+use crate::bxdf::{Bsdf, Bxdf, CosinePower, Diffuse, Horizon, Mirror};
+use crate::core::Rgb;
+use glam::Vec3;
+
+/// A colour that may vary over space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Texture {
+    /// The same everywhere.
+    Constant(Rgb),
+    /// Cubes of two colours, with edges of length `1 / frequency` in the unit world.
+    Checker {
+        /// Colour of the cube at the origin.
+        even: Rgb,
+        /// Colour of its neighbours.
+        odd: Rgb,
+        /// Cubes per unit length.
+        frequency: f32,
+        /// A corner of the cube at the origin.
+        origin: Vec3,
+    },
+}
+
+impl Texture {
+    /// The colour at a point of the unit world.
+    #[inline]
+    pub fn at(&self, p: Vec3) -> Rgb {
+        match *self {
+            Self::Constant(colour) => colour,
+            Self::Checker { even, odd, frequency, origin } => {
+                let cell = ((p - origin) * frequency).floor();
+                if (cell.x as i64 + cell.y as i64 + cell.z as i64) & 1 == 0 { even } else { odd }
+            }
+        }
+    }
+}
+
+/// What a material does about the mirror direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Specular {
+    /// Nothing.
+    None,
+    /// A mirror with reflectance `kr cr`.
+    Mirror(Texture),
+    /// The glossy lobe.
+    CosinePower {
+        /// `kr cr`.
+        reflectance: Texture,
+        /// Finite exponent.
+        exponent: f32,
+        /// Below the surface.
+        horizon: Horizon,
+    },
+}
+
+/// A material: lobes and light of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name in the scene file.
+    pub name: String,
+    /// `ka ca`: what it shows of the scene's ambient radiance.
+    pub ambient: Option<Texture>,
+    /// `kd cd`.
+    pub diffuse: Option<Texture>,
+    /// About the mirror direction.
+    pub specular: Specular,
+    /// Radiance that it emits from its front.
+    pub emission: Option<Rgb>,
+    /// Whether the back emits as well.
+    pub emits_both_sides: bool,
+}
+
+impl Material {
+    /// The lobes at a point of the unit world.
+    #[inline]
+    pub fn bsdf(&self, p: Vec3) -> Bsdf {
+        let mut bsdf = Bsdf::BLACK;
+        if let Some(diffuse) = &self.diffuse {
+            bsdf.add(Bxdf::Diffuse(Diffuse { reflectance: diffuse.at(p) }));
+        }
+        match &self.specular {
+            Specular::None => {}
+            Specular::Mirror(t) => bsdf.add(Bxdf::Mirror(Mirror { reflectance: t.at(p) })),
+            Specular::CosinePower { reflectance, exponent, horizon } => {
+                bsdf.add(Bxdf::CosinePower(CosinePower {
+                    reflectance: reflectance.at(p),
+                    exponent: *exponent,
+                    horizon: *horizon,
+                }));
+            }
+        }
+        bsdf
+    }
+}

@@ -1,0 +1,60 @@
+//! What is rendered: geometry, materials, lights, camera and settings, checked and in the unit world.
+//!
+//! A [`Scene`] is made once from a description (`desc`, then `load`) and never changes. It never sees an
+//! accelerator, so that a scene can be checked without one. Loading works in f64 and moves and scales the world to
+//! about a unit box, so that a scene of any size or place gives the same picture.
+
+pub mod camera;
+pub mod interaction;
+pub mod light;
+pub mod load;
+pub mod material;
+pub mod settings;
+pub mod world;
+
+pub use camera::Camera;
+pub use interaction::SurfaceInteraction;
+pub use light::{EmitterHit, Environment, Light, LightSample, Lights, Receiver};
+pub use load::{Override, SceneError, load};
+pub use material::{Material, Specular, Texture};
+pub use settings::{AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
+pub use world::World;
+
+use crate::core::Rgb;
+use crate::geometry::Shape;
+
+/// What one shape looks like; parallel to [`Scene::shapes`].
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    /// Name in the scene file.
+    pub name: String,
+    /// Index into [`Scene::materials`].
+    pub material: u32,
+    /// Index of its light if it emits.
+    pub light: Option<u32>,
+}
+
+/// Everything that a render needs but the accelerator.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Who looks.
+    pub camera: Camera,
+    /// What can be hit, in the unit world; the index is the `geom_id`.
+    pub shapes: Vec<Shape>,
+    /// What each shape looks like.
+    pub geometries: Vec<Geometry>,
+    /// Materials by index.
+    pub materials: Vec<Material>,
+    /// All that emits.
+    pub lights: Lights,
+    /// The constant ambient radiance of the textbook's materials.
+    pub ambient: Rgb,
+    /// The way between the unit world and the scene file's.
+    pub world: World,
+    /// How to render.
+    pub settings: Settings,
+    /// What was odd but could be mended: dropped triangles and the like.
+    pub warnings: Vec<String>,
+    /// Hash of the description and of every file that it names, in hexadecimal.
+    pub hash: String,
+}

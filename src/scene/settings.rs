@@ -1,0 +1,124 @@
+//! How to render: every policy with its name, its default and, where it trades truth for speed, its price.
+
+use crate::bxdf::Horizon;
+use crate::core::SamplerKind;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Against hitting the surface that a ray leaves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum SelfHit {
+    /// Skip the whole geometry that the ray leaves: the lecture's rule, right for convex things.
+    Geometry,
+    /// Skip the primitive that the ray leaves, and start at an error-bounded offset: right for every mesh.
+    #[default]
+    Primitive,
+    /// The error-bounded offset alone.
+    Offset,
+}
+
+/// What a path that may not be continued sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum AtMaxDepth {
+    /// Nothing: the lecture's. The light lost is reported.
+    Black,
+    /// The environment, as if nothing were in the way.
+    Background,
+    /// There is no last bounce: from `max_depth` on a path survives with a probability, and with a weight that
+    /// makes up for those that do not. Unbiased.
+    #[default]
+    Roulette,
+}
+
+/// Into how many rays a glossy hit splits.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum GlossySamples {
+    /// So many at the first glossy hit of a path, one at those after it.
+    First(u32),
+    /// So many at the first, second, ... glossy hit, one beyond the end of the list.
+    PerDepth(Vec<u32>),
+    /// So many at every glossy hit: the lecture's exponential tree.
+    Branch {
+        /// Rays per hit.
+        branch: u32,
+    },
+}
+
+impl GlossySamples {
+    /// Rays at the glossy hit that is number `glossy_depth` (from 0) on its path.
+    #[inline]
+    pub fn at(&self, glossy_depth: u32) -> u32 {
+        match self {
+            Self::First(m) => {
+                if glossy_depth == 0 {
+                    *m
+                } else {
+                    1
+                }
+            }
+            Self::PerDepth(list) => list.get(glossy_depth as usize).copied().unwrap_or(1),
+            Self::Branch { branch } => *branch,
+        }
+    }
+}
+
+/// How light that comes straight from a light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum DirectLight {
+    /// By sampling lights and lobes, each weighted where it is the better (multiple importance sampling).
+    #[default]
+    Mis,
+    /// By sampling lights only.
+    Light,
+    /// By sampling lobes only; point and directional lights are sampled all the same.
+    Lobe,
+}
+
+/// How to render.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Camera samples per pixel.
+    pub spp: u32,
+    /// Reflected bounces: with D, the camera's hit and D more are shaded.
+    pub max_depth: u32,
+    /// What a path sees beyond them.
+    pub at_max_depth: AtMaxDepth,
+    /// Rays per glossy hit.
+    pub glossy_samples: GlossySamples,
+    /// Below the surface; what a material does not say for itself.
+    pub horizon: Horizon,
+    /// Against self-hits.
+    pub self_hit: SelfHit,
+    /// How direct light is found.
+    pub direct_light: DirectLight,
+    /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
+    pub diffuse_bounces: bool,
+    /// Whether point and directional lights, which no ray can hit, shine on glossy lobes.
+    pub highlights: bool,
+    /// Which numbers are drawn.
+    pub sampler: SamplerKind,
+    /// Which of all their sequences.
+    pub seed: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            spp: 64,
+            max_depth: 8,
+            at_max_depth: AtMaxDepth::default(),
+            glossy_samples: GlossySamples::First(1),
+            horizon: Horizon::default(),
+            self_hit: SelfHit::default(),
+            direct_light: DirectLight::default(),
+            diffuse_bounces: true,
+            highlights: true,
+            sampler: SamplerKind::default(),
+            seed: 0,
+        }
+    }
+}
