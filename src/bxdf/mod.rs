@@ -142,6 +142,12 @@ impl Bsdf {
         *free.expect("a material has at most MAX_LOBES lobes") = Some(lobe);
     }
 
+    /// The lobe of this number, which must be one that was added.
+    #[inline]
+    pub fn lobe(&self, number: usize) -> &Bxdf {
+        self.lobes[number].as_ref().expect("only lobes that were added are asked for")
+    }
+
     /// The lobes in the order in which they were added.
     pub fn lobes(&self) -> impl Iterator<Item = &Bxdf> + '_ {
         self.lobes.iter().flatten()

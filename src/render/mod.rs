@@ -2,8 +2,14 @@
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
+use crate::integrator::{Integrator, Scratch, Tally};
 use crate::scene::Scene;
-use std::sync::atomic::AtomicBool;
+use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+pub use crate::integrator::RayCounts;
 
 /// What of the picture to make, and with what.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,29 +18,12 @@ pub struct RenderOptions {
     pub threads: usize,
     /// Only this part of the image.
     pub crop: Option<PixelRect>,
-    /// Edge of a tile in pixels, a multiple of 8; 0 for the default. Changes no bit of the picture.
+    /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture.
     pub tile_size: u32,
 }
 
-/// Rays asked, by class.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct RayCounts {
-    /// From the camera.
-    pub primary: u64,
-    /// From mirrors and glossy lobes.
-    pub glossy: u64,
-    /// From diffuse lobes.
-    pub diffuse: u64,
-    /// Towards lights.
-    pub shadow: u64,
-}
-
-impl RayCounts {
-    /// Of all classes.
-    pub fn total(&self) -> u64 {
-        self.primary + self.glossy + self.diffuse + self.shadow
-    }
-}
+/// Edge of a tile in pixels where none is asked for.
+pub const DEFAULT_TILE_SIZE: u32 = 16;
 
 /// Hears how a render is getting on; called from any thread.
 pub trait Progress: Sync {
@@ -67,20 +56,65 @@ pub struct Outcome {
 /// Renders a scene with the structure built from its shapes.
 ///
 /// `stop` is looked at often: once it is true, the render returns within a fraction of a second.
+///
+/// # Panics
+/// If the crop is not within the image, or the operating system gives no thread.
 pub fn render(
     scene: &Scene,
-    _accel: &dyn Accelerator,
+    accel: &dyn Accelerator,
     options: &RenderOptions,
-    _progress: &dyn Progress,
-    _stop: &AtomicBool,
+    progress: &dyn Progress,
+    stop: &AtomicBool,
 ) -> Outcome {
-    let resolution = scene.camera.resolution;
-    let whole = PixelRect { x0: 0, y0: 0, x1: resolution[0], y1: resolution[1] };
+    let started = Instant::now();
+    let [width, height] = scene.camera.resolution;
+    let whole = PixelRect { x0: 0, y0: 0, x1: width, y1: height };
+    let rect = options.crop.unwrap_or(whole);
+    assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
+    let spp = scene.settings.spp;
+    let total = rect.area() as u64 * u64::from(spp);
+    let integrator = Integrator::new(scene, accel);
+    let result = Mutex::new((Film::new(scene.camera.resolution, rect), Tally::default()));
+    let render_tile = |scratch: &mut Scratch, tile: PixelRect| {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        let mut film = Film::new(scene.camera.resolution, tile);
+        let mut tally = Tally::default();
+        integrator.render(&mut film, 0..spp, scratch, &mut tally, stop);
+        film.dropped = tally.dropped;
+        progress.advance(tally.samples, total);
+        let mut result = result.lock().expect("a thread that panics ends the render");
+        result.0.merge(&film);
+        result.1.merge(&tally);
+    };
+    let tile_size = if options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .build()
+        .expect("the operating system gives threads");
+    pool.install(|| {
+        tiles(rect, tile_size).into_par_iter().with_max_len(1).for_each_init(Scratch::default, render_tile);
+    });
+    let (film, tally) = result.into_inner().expect("a thread that panics ends the render");
     Outcome {
-        film: Film::new(resolution, options.crop.unwrap_or(whole)),
-        rays: RayCounts::default(),
-        seconds: 0.0,
-        lost_throughput: 0.0,
-        interrupted: false,
+        interrupted: tally.samples < total,
+        film,
+        rays: tally.rays,
+        seconds: started.elapsed().as_secs_f64(),
+        lost_throughput: tally.lost_throughput(),
     }
+}
+
+/// The tiles of a rectangle, cut along multiples of `size` of the full image.
+fn tiles(rect: PixelRect, size: u32) -> Vec<PixelRect> {
+    let cuts = |from: u32, to: u32| {
+        let mut cuts: Vec<u32> = (from / size + 1..to.div_ceil(size)).map(|k| k * size).collect();
+        cuts.insert(0, from);
+        cuts.push(to);
+        cuts
+    };
+    let (xs, ys) = (cuts(rect.x0, rect.x1), cuts(rect.y0, rect.y1));
+    let rows = ys.windows(2).flat_map(|y| xs.windows(2).map(move |x| (x, y)));
+    rows.map(|(x, y)| PixelRect { x0: x[0], y0: y[0], x1: x[1], y1: y[1] }).collect()
 }

@@ -1,0 +1,218 @@
+//! The wave loop: all paths of a wave take one step together.
+
+use super::path::{Path, Vertex, Wave};
+use super::tally::Tally;
+use crate::accel::{Accelerator, Coherence};
+use crate::core::{Hit, Ray, Rgb, Sampler};
+use crate::film::{Film, PixelRect, RadianceSum};
+use crate::scene::Scene;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Paths in a wave, at most.
+///
+/// Memory is bounded by this times the depth, whatever the numbers of samples.
+const CAPACITY: usize = 4096;
+
+/// Radiance of camera samples, by waves of rays.
+pub struct Integrator<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) accel: &'a dyn Accelerator,
+    pub(super) has_lights: bool,
+    pub(super) capacity: usize,
+}
+
+/// A camera sample of the wave in work: where its radiance comes together.
+struct Root {
+    /// Its pixel, as an index into the tile's film.
+    pixel: u32,
+    /// The pixel's random numbers.
+    sampler: Sampler,
+    /// Its radiance so far.
+    sum: [RadianceSum; 3],
+}
+
+/// Buffers that one thread keeps from tile to tile, so that nothing is allocated per ray.
+#[derive(Default)]
+pub struct Scratch {
+    roots: Vec<Root>,
+    wave: Wave,
+    next: Wave,
+    hits: Vec<Option<Hit>>,
+    shadow_rays: Vec<Ray>,
+    shadowed: Vec<(u32, Rgb)>,
+    occluded: Vec<bool>,
+    /// Vertices that have more rays than the next wave had room for, a list per depth of splitting.
+    pending: Vec<Vec<Vertex>>,
+    /// Emptied lists, to be filled again.
+    spare: Vec<Vec<Vertex>>,
+}
+
+impl<'a> Integrator<'a> {
+    /// An integrator for a scene and the structure built from its shapes.
+    pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
+        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY }
+    }
+
+    /// Adds samples to a tile: of each pixel those with the numbers in `samples`.
+    ///
+    /// Each sample's radiance depends on the scene, the settings, the pixel and the sample's number alone. Returns
+    /// early, with some of the samples done in full, when `stop` becomes true.
+    pub fn render(
+        &self,
+        film: &mut Film,
+        samples: Range<u32>,
+        scratch: &mut Scratch,
+        tally: &mut Tally,
+        stop: &AtomicBool,
+    ) {
+        let order = pixel_order(film.rect);
+        let per_wave = (self.capacity / order.len().max(1)).max(1) as u32;
+        let mut first = samples.start;
+        while first < samples.end {
+            let last = samples.end.min(first.saturating_add(per_wave));
+            for block in order.chunks(self.capacity) {
+                if stop.load(Ordering::Relaxed) {
+                    return;
+                }
+                self.start(film.rect, block, first..last, scratch);
+                self.trace(scratch, tally);
+                tally.samples += scratch.roots.len() as u64;
+                for root in &scratch.roots {
+                    film.pixels[root.pixel as usize].add(root.sum);
+                }
+            }
+            first = last;
+        }
+    }
+
+    /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
+    /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
+    fn start(&self, rect: PixelRect, pixels: &[(u32, u32)], samples: Range<u32>, scratch: &mut Scratch) {
+        let settings = &self.scene.settings;
+        scratch.roots.clear();
+        scratch.wave.clear();
+        for block in pixels.chunks(8) {
+            for index in samples.clone() {
+                for &(x, y) in block {
+                    let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
+                    let [dx, dy] = sampler.pair(index, 0);
+                    let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
+                    let path = Path::from_camera(scratch.roots.len() as u32, index);
+                    scratch.wave.push(path, Ray::new(self.scene.camera.eye, dir));
+                    let pixel = (y - rect.y0) * rect.width() + (x - rect.x0);
+                    scratch.roots.push(Root { pixel, sampler, sum: Default::default() });
+                }
+            }
+        }
+    }
+
+    /// Follows the paths of the first wave to their ends, depth first where they split.
+    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally) {
+        tally.rays.primary += scratch.wave.len() as u64;
+        let mut coherence = Coherence::Coherent;
+        loop {
+            self.step(scratch, coherence, tally);
+            coherence = Coherence::Incoherent;
+            std::mem::swap(&mut scratch.wave, &mut scratch.next);
+            scratch.next.clear();
+            if scratch.wave.len() == 0 && !self.refill(scratch, tally) {
+                return;
+            }
+        }
+    }
+
+    /// One step of all paths of the wave: where their rays go, what is there, and which rays leave.
+    fn step(&self, scratch: &mut Scratch, coherence: Coherence, tally: &mut Tally) {
+        let Scratch { roots, wave, next, hits, shadow_rays, shadowed, occluded, pending, spare } = scratch;
+        hits.clear();
+        hits.resize(wave.len(), None);
+        self.accel.intersect(&wave.rays, coherence, hits);
+
+        // Shading.
+        shadow_rays.clear();
+        shadowed.clear();
+        let mut waiting = spare.pop().unwrap_or_default();
+        for ((path, ray), hit) in wave.paths.iter().zip(&wave.rays).zip(&*hits) {
+            let root = &mut roots[path.slot as usize];
+            let Some(hit) = hit else {
+                deposit(&mut root.sum, self.miss(path, ray), tally);
+                continue;
+            };
+            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
+            deposit(&mut root.sum, shaded.radiance, tally);
+            if let Some(direct) = shaded.direct {
+                match direct.ray {
+                    Some(ray) => {
+                        shadow_rays.push(ray);
+                        shadowed.push((path.slot, direct.radiance));
+                    }
+                    None => deposit(&mut root.sum, direct.radiance, tally),
+                }
+            }
+            if let Some(mut vertex) = shaded.vertex {
+                self.make_rays(&mut vertex, &root.sampler, next, tally);
+                if vertex.rays.remaining() > 0 {
+                    waiting.push(vertex);
+                }
+            }
+        }
+        (if waiting.is_empty() { spare } else { pending }).push(waiting);
+
+        // Shadows.
+        if !shadow_rays.is_empty() {
+            tally.rays.shadow += shadow_rays.len() as u64;
+            occluded.clear();
+            occluded.resize(shadow_rays.len(), false);
+            self.accel.occluded(shadow_rays, Coherence::Incoherent, occluded);
+            for (&(slot, radiance), _) in shadowed.iter().zip(&*occluded).filter(|(_, occluded)| !**occluded)
+            {
+                deposit(&mut roots[slot as usize].sum, radiance, tally);
+            }
+        }
+    }
+
+    /// Fills an empty wave with rays that had to wait, the deepest first. Whether there were any.
+    fn refill(&self, scratch: &mut Scratch, tally: &mut Tally) -> bool {
+        let Scratch { roots, wave, pending, spare, .. } = scratch;
+        while wave.len() < self.capacity
+            && let Some(waiting) = pending.last_mut()
+        {
+            while wave.len() < self.capacity
+                && let Some(vertex) = waiting.last_mut()
+            {
+                self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave, tally);
+                if vertex.rays.remaining() == 0 {
+                    waiting.pop();
+                }
+            }
+            if waiting.is_empty() {
+                spare.extend(pending.pop());
+            }
+        }
+        wave.len() > 0
+    }
+}
+
+/// Adds light to a camera sample.
+#[inline]
+fn deposit(sum: &mut [RadianceSum; 3], radiance: Rgb, tally: &mut Tally) {
+    if !radiance.is_black() && tally.dropped.accepts(radiance) {
+        for (sum, channel) in sum.iter_mut().zip(radiance.to_array()) {
+            *sum += RadianceSum::from_finite(channel);
+        }
+    }
+}
+
+/// The pixels of a tile along a Z-order curve of blocks of 4 x 2.
+fn pixel_order(rect: PixelRect) -> Vec<(u32, u32)> {
+    let mut order: Vec<_> =
+        (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))).collect();
+    order.sort_by_key(|&(x, y)| (interleave(x / 4) | interleave(y / 2) << 1, y, x));
+    order
+}
+
+/// Spreads the 32 bits of a number over the even bits of another.
+fn interleave(x: u32) -> u64 {
+    (0..32).fold(0, |z, bit| z | u64::from(x >> bit & 1) << (2 * bit))
+}
