@@ -56,7 +56,7 @@ fn a_closed_room_of_mirrors_sums_the_geometric_series() {
         for specular in [Specular::Mirror(Texture::Constant(Rgb::grey(0.9))), glossy(0.9, 10.0)] {
             let outcome = run(&furnace(specular, settings.clone()), &RenderOptions::default());
             assert!(outcome.film.dropped.is_empty());
-            assert!((outcome.lost_throughput - 0.9f64.powi(depth as i32 + 1)).abs() < 1e-5);
+            assert!((outcome.tally.lost_throughput() - 0.9f64.powi(depth as i32 + 1)).abs() < 1e-5);
             for pixel in outcome.film.image() {
                 assert!((f64::from(pixel.g) - series(0.9, depth as i32)).abs() < 1e-5, "{depth}: {pixel:?}");
             }
@@ -97,7 +97,7 @@ fn roulette_has_the_mean_and_the_variance_of_the_infinite_series() {
     assert!((mean - 10.0).abs() < 5.0 * (90.0 / samples).sqrt(), "{mean}");
     let variance = outcome.film.pixels.iter().map(|p| p.variance_of_mean() * 4096.0).sum::<f64>() / 64.0;
     assert!((variance - 90.0).abs() < 4.0, "{variance}");
-    assert_eq!(outcome.lost_throughput, 0.0);
+    assert_eq!(outcome.tally.lost_throughput(), 0.0);
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn threads_tiles_and_crops_change_no_bit() {
     for (threads, tile_size) in [(2, 0), (3, 1), (1, 5), (2, 64)] {
         let other = run(&scene, &RenderOptions { threads, tile_size, ..Default::default() });
         assert_eq!(whole.film.pixels, other.film.pixels, "{threads} threads, tiles of {tile_size}");
-        assert_eq!(whole.rays, other.rays);
+        assert_eq!(whole.tally.all_rays().rays, other.tally.all_rays().rays);
     }
     let crop = gloss::film::PixelRect { x0: 3, y0: 2, x1: 7, y1: 5 };
     let part = run(&scene, &RenderOptions { crop: Some(crop), ..Default::default() });

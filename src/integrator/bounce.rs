@@ -1,7 +1,7 @@
 //! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
 
 use super::path::{Path, Vertex, Wave};
-use super::tally::Tally;
+use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
 use crate::core::{Ray, Rgb, Sampler};
@@ -40,7 +40,7 @@ impl Dimension {
 
 /// The rays that leave a surface, lobe by lobe.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Rays {
+pub(super) struct Leaving {
     /// Rays of each lobe.
     pub count: [u32; Bsdf::MAX_LOBES],
     /// Expected number of rays of each lobe: what their weight is divided by. Zero for a lobe without rays.
@@ -51,7 +51,7 @@ pub(super) struct Rays {
     next: (usize, u32),
 }
 
-impl Rays {
+impl Leaving {
     fn trace(&mut self, lobe: usize, count: u32, rate: f32) {
         self.count[lobe] = count;
         self.rate[lobe] = rate;
@@ -81,8 +81,8 @@ impl Integrator<'_> {
     ///
     /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen in proportion to its
     /// albedo.
-    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, sampler: &Sampler) -> Rays {
-        let mut rays = Rays::default();
+    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, sampler: &Sampler) -> Leaving {
+        let mut rays = Leaving::default();
         let mut weight = [0.0; Bsdf::MAX_LOBES];
         let mut split = 1;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
@@ -156,35 +156,28 @@ impl Integrator<'_> {
     }
 
     /// Makes rays of a vertex until there are no more or the wave is full.
-    pub(super) fn make_rays(
-        &self,
-        vertex: &mut Vertex,
-        sampler: &Sampler,
-        wave: &mut Wave,
-        tally: &mut Tally,
-    ) {
+    pub(super) fn make_rays(&self, vertex: &mut Vertex, sampler: &Sampler, wave: &mut Wave) {
         while wave.len() < self.capacity
-            && let Some((lobe, number)) = vertex.rays.take()
+            && let Some((lobe, number)) = vertex.leaving.take()
         {
             if let Some((path, ray)) = self.make_ray(vertex, lobe, number, sampler) {
-                let bxdf = vertex.bsdf.lobe(lobe);
-                match bxdf.kind() {
-                    LobeKind::Diffuse => tally.rays.diffuse += 1,
-                    LobeKind::Delta | LobeKind::Glossy => tally.rays.glossy += 1,
-                }
-                wave.push(path, ray);
+                let class = match vertex.bsdf.lobe(lobe).kind() {
+                    LobeKind::Diffuse => RayClass::Diffuse,
+                    LobeKind::Delta | LobeKind::Glossy => RayClass::Glossy,
+                };
+                wave.push(class, path, ray);
             }
         }
     }
 
     fn make_ray(&self, vertex: &Vertex, lobe: usize, number: u32, sampler: &Sampler) -> Option<(Path, Ray)> {
-        let Vertex { path, point, bsdf, rays } = vertex;
+        let Vertex { path, point, bsdf, leaving } = vertex;
         let settings = &self.scene.settings;
-        let index = path.index.wrapping_mul(rays.count[lobe]).wrapping_add(number);
+        let index = path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
         let bxdf = bsdf.lobe(lobe);
         let sample = bxdf.sample(&point.at, sampler.pair(index, Dimension::Lobe(lobe).at(path.depth)))?;
-        let mut beta = path.beta * sample.weight * rays.rate[lobe].recip();
-        if path.depth >= settings.max_depth && !rays.emission_only[lobe] {
+        let mut beta = path.beta * sample.weight * leaving.rate[lobe].recip();
+        if path.depth >= settings.max_depth && !leaving.emission_only[lobe] {
             // A survivor stands for those that were ended: Arvo and Kirk 1990.
             let survival = beta.max_channel().min(MAX_SURVIVAL);
             if sampler.pair(index, Dimension::Choice.at(path.depth))[1] >= survival {
@@ -201,9 +194,9 @@ impl Integrator<'_> {
             index,
             depth: path.depth + 1,
             glossy_depth: path.glossy_depth + u32::from(bxdf.kind() == LobeKind::Glossy),
-            ln_rate: sample.ln_pdf + rays.rate[lobe].ln(),
+            ln_rate: sample.ln_pdf + leaving.rate[lobe].ln(),
             receiver_n: point.at.n,
-            emission_only: rays.emission_only[lobe],
+            emission_only: leaving.emission_only[lobe],
         };
         Some((child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit)))
     }

@@ -1,7 +1,7 @@
 //! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
-use super::bounce::{Dimension, Rays};
+use super::bounce::{Dimension, Leaving};
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, LobeKind};
@@ -34,7 +34,7 @@ impl Integrator<'_> {
         path: &Path,
         point: &SurfaceInteraction,
         bsdf: &Bsdf,
-        rays: &Rays,
+        leaving: &Leaving,
         sampler: &Sampler,
     ) -> Option<Unoccluded> {
         if !bsdf.lobes().any(|bxdf| bxdf.kind() != LobeKind::Delta) {
@@ -46,7 +46,7 @@ impl Integrator<'_> {
         let light = self.scene.lights.sample(&receiver, choice, u)?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
-            let weight = self.light_weight(path, point, bxdf, rays.rate[lobe], &light);
+            let weight = self.light_weight(path, point, bxdf, leaving.rate[lobe], &light);
             if weight > 0.0 {
                 reflected += bxdf.f_cos(&point.at, light.wi) * weight;
             }

@@ -1,6 +1,7 @@
 //! The state of a path between two surfaces, and of a surface whose rays are still to be made.
 
-use super::bounce::Rays;
+use super::bounce::Leaving;
+use super::tally::RayClass;
 use crate::bxdf::Bsdf;
 use crate::core::{Ray, Rgb};
 use crate::scene::SurfaceInteraction;
@@ -46,24 +47,38 @@ impl Path {
 
 /// Paths and their rays, side by side.
 #[derive(Default)]
-pub(super) struct Wave {
+pub(super) struct Rays {
     pub paths: Vec<Path>,
     pub rays: Vec<Ray>,
 }
 
+impl Rays {
+    fn clear(&mut self) {
+        self.paths.clear();
+        self.rays.clear();
+    }
+}
+
+/// The rays that take the next step: those of one class together, so that each can be asked, and timed, in its way.
+#[derive(Default)]
+pub(super) struct Wave {
+    /// By the number of their [`RayClass`]; shadow rays are never part of a wave.
+    pub classes: [Rays; 3],
+}
+
 impl Wave {
-    pub(super) fn push(&mut self, path: Path, ray: Ray) {
-        self.paths.push(path);
-        self.rays.push(ray);
+    pub(super) fn push(&mut self, class: RayClass, path: Path, ray: Ray) {
+        let rays = &mut self.classes[class as usize];
+        rays.paths.push(path);
+        rays.rays.push(ray);
     }
 
     pub(super) fn len(&self) -> usize {
-        self.rays.len()
+        self.classes.iter().map(|c| c.rays.len()).sum()
     }
 
     pub(super) fn clear(&mut self) {
-        self.paths.clear();
-        self.rays.clear();
+        self.classes.iter_mut().for_each(Rays::clear);
     }
 }
 
@@ -77,5 +92,5 @@ pub(super) struct Vertex {
     /// What is there.
     pub bsdf: Bsdf,
     /// Which rays leave.
-    pub rays: Rays,
+    pub leaving: Leaving,
 }

@@ -2,32 +2,46 @@
 
 use crate::core::Rgb;
 use crate::film::{Dropped, RadianceSum};
+use std::time::Instant;
 
-/// Rays asked, by class.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct RayCounts {
+/// What a ray is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RayClass {
     /// From the camera.
-    pub primary: u64,
+    Primary,
     /// From mirrors and glossy lobes.
-    pub glossy: u64,
+    Glossy,
     /// From diffuse lobes.
-    pub diffuse: u64,
+    Diffuse,
     /// Towards lights.
-    pub shadow: u64,
+    Shadow,
 }
 
-impl RayCounts {
-    /// Of all classes.
-    pub fn total(&self) -> u64 {
-        self.primary + self.glossy + self.diffuse + self.shadow
+impl RayClass {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 4] = [Self::Primary, Self::Glossy, Self::Diffuse, Self::Shadow];
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        ["primary", "glossy", "diffuse", "shadow"][self as usize]
     }
+}
+
+/// Rays of one class and the time that the accelerator took for them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClassCount {
+    /// Rays asked.
+    pub rays: u64,
+    /// Time within the accelerator, summed over the threads.
+    pub nanoseconds: u64,
 }
 
 /// Counts of a tile, or of a whole render once merged; the order of merging changes nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Rays asked.
-    pub rays: RayCounts,
+    /// Rays by class.
+    classes: [ClassCount; 4],
     /// Contributions that could not be added.
     pub dropped: Dropped,
     /// Camera samples.
@@ -39,13 +53,35 @@ pub struct Tally {
 impl Tally {
     /// Adds another's counts.
     pub fn merge(&mut self, other: &Self) {
-        self.rays.primary += other.rays.primary;
-        self.rays.glossy += other.rays.glossy;
-        self.rays.diffuse += other.rays.diffuse;
-        self.rays.shadow += other.rays.shadow;
+        for (mine, other) in self.classes.iter_mut().zip(other.classes) {
+            mine.rays += other.rays;
+            mine.nanoseconds += other.nanoseconds;
+        }
         self.dropped.merge(other.dropped);
         self.samples += other.samples;
         self.lost += other.lost;
+    }
+
+    /// Rays of a class and their time.
+    pub fn class(&self, class: RayClass) -> ClassCount {
+        self.classes[class as usize]
+    }
+
+    /// Rays of all classes and their time.
+    pub fn all_rays(&self) -> ClassCount {
+        self.classes.iter().fold(ClassCount::default(), |sum, c| ClassCount {
+            rays: sum.rays + c.rays,
+            nanoseconds: sum.nanoseconds + c.nanoseconds,
+        })
+    }
+
+    /// Calls the accelerator by `ask` for so many rays of a class, and notes the time that it takes.
+    pub(super) fn time(&mut self, class: RayClass, rays: usize, ask: impl FnOnce()) {
+        let started = Instant::now();
+        ask();
+        let count = &mut self.classes[class as usize];
+        count.rays += rays as u64;
+        count.nanoseconds += started.elapsed().as_nanos() as u64;
     }
 
     /// Notes throughput that goes no further.

@@ -57,13 +57,13 @@ impl Integrator<'_> {
 
         // Light from elsewhere.
         let bsdf = material.bsdf(point.p);
-        let rays = self.plan_rays(path, &point.at, &bsdf, sampler);
+        let leaving = self.plan_rays(path, &point.at, &bsdf, sampler);
         shaded.radiance += self.end(path, &point.at, &bsdf, sampler, tally);
         if self.has_lights {
-            shaded.direct = self.sample_light(path, &point, &bsdf, &rays, sampler);
+            shaded.direct = self.sample_light(path, &point, &bsdf, &leaving, sampler);
         }
-        if rays.remaining() > 0 {
-            shaded.vertex = Some(Vertex { path: *path, point, bsdf, rays });
+        if leaving.remaining() > 0 {
+            shaded.vertex = Some(Vertex { path: *path, point, bsdf, leaving });
         }
         shaded
     }

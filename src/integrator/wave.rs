@@ -1,7 +1,7 @@
 //! The wave loop: all paths of a wave take one step together.
 
-use super::path::{Path, Vertex, Wave};
-use super::tally::Tally;
+use super::path::{Path, Rays, Vertex, Wave};
+use super::tally::{RayClass, Tally};
 use crate::accel::{Accelerator, Coherence};
 use crate::core::{Hit, Ray, Rgb, Sampler};
 use crate::film::{Film, PixelRect, RadianceSum};
@@ -99,7 +99,7 @@ impl<'a> Integrator<'a> {
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index);
-                    scratch.wave.push(path, Ray::new(self.scene.camera.eye, dir));
+                    scratch.wave.push(RayClass::Primary, path, Ray::new(self.scene.camera.eye, dir));
                     let pixel = (y - rect.y0) * rect.width() + (x - rect.x0);
                     scratch.roots.push(Root { pixel, sampler, sum: Default::default() });
                 }
@@ -109,51 +109,54 @@ impl<'a> Integrator<'a> {
 
     /// Follows the paths of the first wave to their ends, depth first where they split.
     fn trace(&self, scratch: &mut Scratch, tally: &mut Tally) {
-        tally.rays.primary += scratch.wave.len() as u64;
-        let mut coherence = Coherence::Coherent;
         loop {
-            self.step(scratch, coherence, tally);
-            coherence = Coherence::Incoherent;
+            self.step(scratch, tally);
             std::mem::swap(&mut scratch.wave, &mut scratch.next);
             scratch.next.clear();
-            if scratch.wave.len() == 0 && !self.refill(scratch, tally) {
+            if scratch.wave.len() == 0 && !self.refill(scratch) {
                 return;
             }
         }
     }
 
     /// One step of all paths of the wave: where their rays go, what is there, and which rays leave.
-    fn step(&self, scratch: &mut Scratch, coherence: Coherence, tally: &mut Tally) {
+    fn step(&self, scratch: &mut Scratch, tally: &mut Tally) {
         let Scratch { roots, wave, next, hits, shadow_rays, shadowed, occluded, pending, spare } = scratch;
-        hits.clear();
-        hits.resize(wave.len(), None);
-        self.accel.intersect(&wave.rays, coherence, hits);
-
-        // Shading.
         shadow_rays.clear();
         shadowed.clear();
         let mut waiting = spare.pop().unwrap_or_default();
-        for ((path, ray), hit) in wave.paths.iter().zip(&wave.rays).zip(&*hits) {
-            let root = &mut roots[path.slot as usize];
-            let Some(hit) = hit else {
-                deposit(&mut root.sum, self.miss(path, ray), tally);
+        for (class, Rays { paths, rays }) in RayClass::ALL.into_iter().zip(&wave.classes) {
+            if rays.is_empty() {
                 continue;
-            };
-            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
-            deposit(&mut root.sum, shaded.radiance, tally);
-            if let Some(direct) = shaded.direct {
-                match direct.ray {
-                    Some(ray) => {
-                        shadow_rays.push(ray);
-                        shadowed.push((path.slot, direct.radiance));
-                    }
-                    None => deposit(&mut root.sum, direct.radiance, tally),
-                }
             }
-            if let Some(mut vertex) = shaded.vertex {
-                self.make_rays(&mut vertex, &root.sampler, next, tally);
-                if vertex.rays.remaining() > 0 {
-                    waiting.push(vertex);
+            let coherence =
+                if class == RayClass::Primary { Coherence::Coherent } else { Coherence::Incoherent };
+            hits.clear();
+            hits.resize(rays.len(), None);
+            tally.time(class, rays.len(), || self.accel.intersect(rays, coherence, hits));
+
+            for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
+                let root = &mut roots[path.slot as usize];
+                let Some(hit) = hit else {
+                    deposit(&mut root.sum, self.miss(path, ray), tally);
+                    continue;
+                };
+                let shaded = self.shade(path, ray, hit, &root.sampler, tally);
+                deposit(&mut root.sum, shaded.radiance, tally);
+                if let Some(direct) = shaded.direct {
+                    match direct.ray {
+                        Some(ray) => {
+                            shadow_rays.push(ray);
+                            shadowed.push((path.slot, direct.radiance));
+                        }
+                        None => deposit(&mut root.sum, direct.radiance, tally),
+                    }
+                }
+                if let Some(mut vertex) = shaded.vertex {
+                    self.make_rays(&mut vertex, &root.sampler, next);
+                    if vertex.leaving.remaining() > 0 {
+                        waiting.push(vertex);
+                    }
                 }
             }
         }
@@ -161,10 +164,11 @@ impl<'a> Integrator<'a> {
 
         // Shadows.
         if !shadow_rays.is_empty() {
-            tally.rays.shadow += shadow_rays.len() as u64;
             occluded.clear();
             occluded.resize(shadow_rays.len(), false);
-            self.accel.occluded(shadow_rays, Coherence::Incoherent, occluded);
+            tally.time(RayClass::Shadow, shadow_rays.len(), || {
+                self.accel.occluded(shadow_rays, Coherence::Incoherent, occluded);
+            });
             for (&(slot, radiance), _) in shadowed.iter().zip(&*occluded).filter(|(_, occluded)| !**occluded)
             {
                 deposit(&mut roots[slot as usize].sum, radiance, tally);
@@ -173,7 +177,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// Fills an empty wave with rays that had to wait, the deepest first. Whether there were any.
-    fn refill(&self, scratch: &mut Scratch, tally: &mut Tally) -> bool {
+    fn refill(&self, scratch: &mut Scratch) -> bool {
         let Scratch { roots, wave, pending, spare, .. } = scratch;
         while wave.len() < self.capacity
             && let Some(waiting) = pending.last_mut()
@@ -181,8 +185,8 @@ impl<'a> Integrator<'a> {
             while wave.len() < self.capacity
                 && let Some(vertex) = waiting.last_mut()
             {
-                self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave, tally);
-                if vertex.rays.remaining() == 0 {
+                self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave);
+                if vertex.leaving.remaining() == 0 {
                     waiting.pop();
                 }
             }

@@ -2,14 +2,14 @@
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
-use crate::integrator::{Integrator, Scratch, Tally};
+use crate::integrator::{Integrator, Scratch};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
-pub use crate::integrator::RayCounts;
+pub use crate::integrator::{ClassCount, RayClass, Tally};
 
 /// What of the picture to make, and with what.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,12 +43,12 @@ impl Progress for Silent {
 pub struct Outcome {
     /// The picture.
     pub film: Film,
-    /// What it took.
-    pub rays: RayCounts,
+    /// What was counted on the way: rays by class and their time, throughput lost at the greatest depth.
+    pub tally: Tally,
     /// Wall time.
     pub seconds: f64,
-    /// Share of all light-carrying throughput that was cut off at the greatest depth, in `[0, 1]`.
-    pub lost_throughput: f64,
+    /// Time within tiles, summed over the threads: what the rays' times are shares of.
+    pub thread_seconds: f64,
     /// Whether it was stopped before its end.
     pub interrupted: bool,
 }
@@ -75,14 +75,17 @@ pub fn render(
     let total = rect.area() as u64 * u64::from(spp);
     let integrator = Integrator::new(scene, accel);
     let result = Mutex::new((Film::new(scene.camera.resolution, rect), Tally::default()));
+    let thread_nanoseconds = AtomicU64::new(0);
     let render_tile = |scratch: &mut Scratch, tile: PixelRect| {
         if stop.load(Ordering::Relaxed) {
             return;
         }
+        let tile_started = Instant::now();
         let mut film = Film::new(scene.camera.resolution, tile);
         let mut tally = Tally::default();
         integrator.render(&mut film, 0..spp, scratch, &mut tally, stop);
         film.dropped = tally.dropped;
+        thread_nanoseconds.fetch_add(tile_started.elapsed().as_nanos() as u64, Ordering::Relaxed);
         progress.advance(tally.samples, total);
         let mut result = result.lock().expect("a thread that panics ends the render");
         result.0.merge(&film);
@@ -100,9 +103,9 @@ pub fn render(
     Outcome {
         interrupted: tally.samples < total,
         film,
-        rays: tally.rays,
+        tally,
         seconds: started.elapsed().as_secs_f64(),
-        lost_throughput: tally.lost_throughput(),
+        thread_seconds: Duration::from_nanos(thread_nanoseconds.into_inner()).as_secs_f64(),
     }
 }
 
