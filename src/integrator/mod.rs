@@ -12,5 +12,5 @@ mod tally;
 mod vertex;
 mod wave;
 
-pub use tally::{ClassCount, RayClass, Tally};
+pub use tally::{ClassCount, RayClass, RayLog, Tally};
 pub use wave::{Integrator, Scratch};

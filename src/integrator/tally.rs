@@ -1,6 +1,6 @@
 //! What a render counts.
 
-use crate::core::Rgb;
+use crate::core::{Ray, Rgb};
 use crate::film::{Dropped, RadianceSum};
 use std::time::Instant;
 
@@ -26,6 +26,12 @@ impl RayClass {
     pub fn name(self) -> &'static str {
         ["primary", "glossy", "diffuse", "shadow"][self as usize]
     }
+}
+
+/// Is told of every slice of rays before it is asked; called from any thread.
+pub trait RayLog: Sync {
+    /// These rays of a class are asked next.
+    fn record(&self, class: RayClass, rays: &[Ray]);
 }
 
 /// Rays of one class and the time that the accelerator took for them.

@@ -1,7 +1,7 @@
 //! The wave loop: all paths of a wave take one step together.
 
 use super::path::{Path, Rays, Vertex, Wave};
-use super::tally::{RayClass, Tally};
+use super::tally::{RayClass, RayLog, Tally};
 use crate::accel::{Accelerator, Coherence};
 use crate::core::{Hit, Ray, Rgb, Sampler};
 use crate::film::{Film, PixelRect, RadianceSum};
@@ -20,6 +20,7 @@ pub struct Integrator<'a> {
     pub(super) accel: &'a dyn Accelerator,
     pub(super) has_lights: bool,
     pub(super) capacity: usize,
+    log: Option<&'a dyn RayLog>,
 }
 
 /// A camera sample of the wave in work: where its radiance comes together.
@@ -51,7 +52,13 @@ pub struct Scratch {
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
-        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY }
+        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY, log: None }
+    }
+
+    /// Tells `log` of every ray.
+    pub fn with_log(mut self, log: Option<&'a dyn RayLog>) -> Self {
+        self.log = log;
+        self
     }
 
     /// Adds samples to a tile: of each pixel those with the numbers in `samples`.
@@ -133,6 +140,7 @@ impl<'a> Integrator<'a> {
                 if class == RayClass::Primary { Coherence::Coherent } else { Coherence::Incoherent };
             hits.clear();
             hits.resize(rays.len(), None);
+            self.log.inspect(|log| log.record(class, rays));
             tally.time(class, rays.len(), || self.accel.intersect(rays, coherence, hits));
 
             for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
@@ -166,6 +174,7 @@ impl<'a> Integrator<'a> {
         if !shadow_rays.is_empty() {
             occluded.clear();
             occluded.resize(shadow_rays.len(), false);
+            self.log.inspect(|log| log.record(RayClass::Shadow, shadow_rays));
             tally.time(RayClass::Shadow, shadow_rays.len(), || {
                 self.accel.occluded(shadow_rays, Coherence::Incoherent, occluded);
             });

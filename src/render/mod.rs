@@ -9,17 +9,19 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-pub use crate::integrator::{ClassCount, RayClass, Tally};
+pub use crate::integrator::{ClassCount, RayClass, RayLog, Tally};
 
 /// What of the picture to make, and with what.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RenderOptions {
+#[derive(Clone, Copy, Default)]
+pub struct RenderOptions<'a> {
     /// Threads; 0 for one per core.
     pub threads: usize,
     /// Only this part of the image.
     pub crop: Option<PixelRect>,
     /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture.
     pub tile_size: u32,
+    /// Is told of every ray.
+    pub log: Option<&'a dyn RayLog>,
 }
 
 /// Edge of a tile in pixels where none is asked for.
@@ -62,7 +64,7 @@ pub struct Outcome {
 pub fn render(
     scene: &Scene,
     accel: &dyn Accelerator,
-    options: &RenderOptions,
+    options: &RenderOptions<'_>,
     progress: &dyn Progress,
     stop: &AtomicBool,
 ) -> Outcome {
@@ -73,7 +75,7 @@ pub fn render(
     assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
     let spp = scene.settings.spp;
     let total = rect.area() as u64 * u64::from(spp);
-    let integrator = Integrator::new(scene, accel);
+    let integrator = Integrator::new(scene, accel).with_log(options.log);
     let result = Mutex::new((Film::new(scene.camera.resolution, rect), Tally::default()));
     let thread_nanoseconds = AtomicU64::new(0);
     let render_tile = |scratch: &mut Scratch, tile: PixelRect| {
