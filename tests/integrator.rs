@@ -39,7 +39,7 @@ fn glossy(k: f32, exponent: f32) -> Specular {
     Specular::CosinePower { reflectance: Texture::Constant(Rgb::grey(k)), exponent, horizon: Horizon::Fold }
 }
 
-fn run(scene: &Scene, options: &RenderOptions<'_'>) -> Outcome {
+fn run(scene: &Scene, options: &RenderOptions<'_>) -> Outcome {
     let accel = accel::build(Backend::Bvh, &scene.shapes, &BuildOptions::default()).unwrap();
     render(scene, &*accel, options, &Silent, &AtomicBool::new(false))
 }
