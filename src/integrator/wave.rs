@@ -1,5 +1,6 @@
 //! The wave loop: all paths of a wave take one step together.
 
+use super::direct::Unoccluded;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
 use crate::accel::{Accelerator, Coherence};
@@ -40,11 +41,22 @@ pub struct Scratch {
     wave: Wave,
     next: Wave,
     hits: Vec<Option<Hit>>,
-    shadow_rays: Vec<Ray>,
-    shadowed: Vec<(u32, Rgb)>,
+    shadows: Shadows,
+    waiting: Waiting,
+}
+
+/// Shadow rays and the light that each lets through.
+#[derive(Default)]
+struct Shadows {
+    rays: Vec<Ray>,
+    light: Vec<(u32, Rgb)>,
     occluded: Vec<bool>,
-    /// Vertices that have more rays than the next wave had room for, a list per depth of splitting.
-    pending: Vec<Vec<Vertex>>,
+}
+
+/// Vertices with more rays than the next wave had room for: a list per depth of splitting, the deepest last.
+#[derive(Default)]
+struct Waiting {
+    lists: Vec<Vec<Vertex>>,
     /// Emptied lists, to be filled again.
     spare: Vec<Vec<Vertex>>,
 }
@@ -128,58 +140,76 @@ impl<'a> Integrator<'a> {
 
     /// One step of all paths of the wave: where their rays go, what is there, and which rays leave.
     fn step(&self, scratch: &mut Scratch, tally: &mut Tally) {
-        let Scratch { roots, wave, next, hits, shadow_rays, shadowed, occluded, pending, spare } = scratch;
-        shadow_rays.clear();
-        shadowed.clear();
-        let mut waiting = spare.pop().unwrap_or_default();
-        for (class, Rays { paths, rays }) in RayClass::ALL.into_iter().zip(&wave.classes) {
-            if rays.is_empty() {
-                continue;
-            }
-            let coherence =
-                if class == RayClass::Primary { Coherence::Coherent } else { Coherence::Incoherent };
-            hits.clear();
-            hits.resize(rays.len(), None);
-            self.log.inspect(|log| log.record(class, rays));
-            tally.time(class, rays.len(), || self.accel.intersect(rays, coherence, hits));
+        scratch.shadows.rays.clear();
+        scratch.shadows.light.clear();
+        let empty = scratch.waiting.spare.pop().unwrap_or_default();
+        scratch.waiting.lists.push(empty);
+        for class in [RayClass::Primary, RayClass::Glossy, RayClass::Diffuse] {
+            self.ask(class, scratch, tally);
+            self.shade_all(class, scratch, tally);
+        }
+        let Waiting { lists, spare } = &mut scratch.waiting;
+        spare.extend(lists.pop_if(|list| list.is_empty()));
+        self.let_light_through(&mut scratch.shadows, &mut scratch.roots, tally);
+    }
 
-            for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
-                let root = &mut roots[path.slot as usize];
-                let Some(hit) = hit else {
-                    deposit(&mut root.sum, self.miss(path, ray), tally);
-                    continue;
-                };
-                let shaded = self.shade(path, ray, hit, &root.sampler, tally);
-                deposit(&mut root.sum, shaded.radiance, tally);
-                if let Some(direct) = shaded.direct {
-                    match direct.ray {
-                        Some(ray) => {
-                            shadow_rays.push(ray);
-                            shadowed.push((path.slot, direct.radiance));
-                        }
-                        None => deposit(&mut root.sum, direct.radiance, tally),
-                    }
+    /// Asks for the hits of one class of the wave.
+    fn ask(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
+        let Scratch { wave, hits, .. } = scratch;
+        let rays = &wave.classes[class as usize].rays;
+        hits.clear();
+        hits.resize(rays.len(), None);
+        if rays.is_empty() {
+            return;
+        }
+        let coherence = if class == RayClass::Primary { Coherence::Coherent } else { Coherence::Incoherent };
+        self.log.inspect(|log| log.record(class, rays));
+        tally.time(class, rays.len(), || self.accel.intersect(rays, coherence, hits));
+    }
+
+    /// Shades the hits of one class of the wave.
+    fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
+        let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
+        let Rays { paths, rays } = &wave.classes[class as usize];
+        for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
+            let root = &mut roots[path.slot as usize];
+            let Some(hit) = hit else {
+                deposit(&mut root.sum, self.miss(path, ray), tally);
+                continue;
+            };
+            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
+            deposit(&mut root.sum, shaded.radiance, tally);
+            match shaded.direct {
+                Some(Unoccluded { radiance, ray: Some(ray) }) => {
+                    shadows.rays.push(ray);
+                    shadows.light.push((path.slot, radiance));
                 }
-                if let Some(mut vertex) = shaded.vertex {
-                    self.make_rays(&mut vertex, &root.sampler, next);
-                    if vertex.leaving.remaining() > 0 {
-                        waiting.push(vertex);
-                    }
+                Some(Unoccluded { radiance, ray: None }) => deposit(&mut root.sum, radiance, tally),
+                None => {}
+            }
+            if let Some(mut vertex) = shaded.vertex {
+                self.make_rays(&mut vertex, &root.sampler, next);
+                if vertex.leaving.remaining() > 0 {
+                    waiting.lists.last_mut().expect("each step begins with a list").push(vertex);
                 }
             }
         }
-        (if waiting.is_empty() { spare } else { pending }).push(waiting);
+    }
 
-        // Shadows.
-        if !shadow_rays.is_empty() {
-            occluded.clear();
-            occluded.resize(shadow_rays.len(), false);
-            self.log.inspect(|log| log.record(RayClass::Shadow, shadow_rays));
-            tally.time(RayClass::Shadow, shadow_rays.len(), || {
-                self.accel.occluded(shadow_rays, Coherence::Incoherent, occluded);
-            });
-            for (&(slot, radiance), _) in shadowed.iter().zip(&*occluded).filter(|(_, occluded)| !**occluded)
-            {
+    /// Asks the shadow rays and adds the light of those that nothing stops.
+    fn let_light_through(&self, shadows: &mut Shadows, roots: &mut [Root], tally: &mut Tally) {
+        let Shadows { rays, light, occluded } = shadows;
+        if rays.is_empty() {
+            return;
+        }
+        occluded.clear();
+        occluded.resize(rays.len(), false);
+        self.log.inspect(|log| log.record(RayClass::Shadow, rays));
+        tally.time(RayClass::Shadow, rays.len(), || {
+            self.accel.occluded(rays, Coherence::Incoherent, occluded);
+        });
+        for (&(slot, radiance), &occluded) in light.iter().zip(&*occluded) {
+            if !occluded {
                 deposit(&mut roots[slot as usize].sum, radiance, tally);
             }
         }
@@ -187,20 +217,20 @@ impl<'a> Integrator<'a> {
 
     /// Fills an empty wave with rays that had to wait, the deepest first. Whether there were any.
     fn refill(&self, scratch: &mut Scratch) -> bool {
-        let Scratch { roots, wave, pending, spare, .. } = scratch;
+        let Scratch { roots, wave, waiting: Waiting { lists, spare }, .. } = scratch;
         while wave.len() < self.capacity
-            && let Some(waiting) = pending.last_mut()
+            && let Some(list) = lists.last_mut()
         {
             while wave.len() < self.capacity
-                && let Some(vertex) = waiting.last_mut()
+                && let Some(vertex) = list.last_mut()
             {
                 self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave);
                 if vertex.leaving.remaining() == 0 {
-                    waiting.pop();
+                    list.pop();
                 }
             }
-            if waiting.is_empty() {
-                spare.extend(pending.pop());
+            if list.is_empty() {
+                spare.extend(lists.pop());
             }
         }
         wave.len() > 0
