@@ -89,7 +89,10 @@ impl Integrator<'_> {
             if self.continues(path, bxdf) {
                 weight[lobe] = bxdf.albedo(at).max_channel();
                 if bxdf.kind() == LobeKind::Glossy {
-                    split = self.scene.settings.glossy_samples.at(path.glossy_depth);
+                    split = match path.glossy_depth {
+                        0 => path.split,
+                        deeper => self.scene.settings.glossy_samples.at(deeper),
+                    };
                 }
             } else if bxdf.kind() == LobeKind::Diffuse
                 && self.scene.settings.direct_light == DirectLight::Lobe
@@ -194,6 +197,7 @@ impl Integrator<'_> {
             index,
             depth: path.depth + 1,
             glossy_depth: path.glossy_depth + u32::from(bxdf.kind() == LobeKind::Glossy),
+            split: path.split,
             ln_rate: sample.ln_pdf + leaving.rate[lobe].ln(),
             receiver_n: point.at.n,
             emission_only: leaving.emission_only[lobe],

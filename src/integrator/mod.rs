@@ -13,4 +13,4 @@ mod vertex;
 mod wave;
 
 pub use tally::{ClassCount, RayClass, RayLog, Tally};
-pub use wave::{Integrator, Scratch};
+pub use wave::{Integrator, Scratch, Work, z_order};

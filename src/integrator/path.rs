@@ -20,6 +20,8 @@ pub(super) struct Path {
     pub depth: u32,
     /// Glossy reflections so far.
     pub glossy_depth: u32,
+    /// Rays that leave its first glossy hit.
+    pub split: u32,
     /// Logarithm of rays times density with which the last lobe goes this way; infinite where no light sample
     /// competes: from the camera and from mirrors.
     pub ln_rate: f32,
@@ -31,13 +33,14 @@ pub(super) struct Path {
 
 impl Path {
     /// A path that starts at the camera.
-    pub(super) fn from_camera(slot: u32, index: u32) -> Self {
+    pub(super) fn from_camera(slot: u32, index: u32, split: u32) -> Self {
         Self {
             beta: Rgb::WHITE,
             slot,
             index,
             depth: 0,
             glossy_depth: 0,
+            split,
             ln_rate: f32::INFINITY,
             receiver_n: Vec3::Z,
             emission_only: false,

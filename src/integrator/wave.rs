@@ -34,6 +34,17 @@ struct Root {
     sum: [RadianceSum; 3],
 }
 
+/// Samples to be taken.
+#[derive(Clone, Debug)]
+pub struct Work<'a> {
+    /// Of which pixels of the image, in the order of [`z_order`].
+    pub pixels: &'a [(u32, u32)],
+    /// Which samples of each.
+    pub samples: Range<u32>,
+    /// Rays that leave a path's first glossy hit.
+    pub split: u32,
+}
+
 /// Buffers that one thread keeps from tile to tile, so that nothing is allocated per ray.
 #[derive(Default)]
 pub struct Scratch {
@@ -73,28 +84,28 @@ impl<'a> Integrator<'a> {
         self
     }
 
-    /// Adds samples to a tile: of each pixel those with the numbers in `samples`.
+    /// Adds the samples of `work` to a film that holds its pixels.
     ///
-    /// Each sample's radiance depends on the scene, the settings, the pixel and the sample's number alone. Returns
-    /// early, with some of the samples done in full, when `stop` becomes true.
+    /// Each sample's radiance depends on the scene, the settings, the pixel, the sample's number and the splitting
+    /// alone. Returns early, with some of the samples done in full, when `stop` becomes true: the samples of a pixel
+    /// are always done in the order of their numbers.
     pub fn render(
         &self,
         film: &mut Film,
-        samples: Range<u32>,
+        work: &Work,
         scratch: &mut Scratch,
         tally: &mut Tally,
         stop: &AtomicBool,
     ) {
-        let order = pixel_order(film.rect);
-        let per_wave = (self.capacity / order.len().max(1)).max(1) as u32;
-        let mut first = samples.start;
-        while first < samples.end {
-            let last = samples.end.min(first.saturating_add(per_wave));
-            for block in order.chunks(self.capacity) {
+        let per_wave = (self.capacity / work.pixels.len().max(1)).max(1) as u32;
+        let mut first = work.samples.start;
+        while first < work.samples.end {
+            let last = work.samples.end.min(first.saturating_add(per_wave));
+            for block in work.pixels.chunks(self.capacity) {
                 if stop.load(Ordering::Relaxed) {
                     return;
                 }
-                self.start(film.rect, block, first..last, scratch);
+                self.start(film.rect, &Work { pixels: block, samples: first..last, ..*work }, scratch);
                 self.trace(scratch, tally);
                 tally.samples += scratch.roots.len() as u64;
                 for root in &scratch.roots {
@@ -107,17 +118,17 @@ impl<'a> Integrator<'a> {
 
     /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
     /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
-    fn start(&self, rect: PixelRect, pixels: &[(u32, u32)], samples: Range<u32>, scratch: &mut Scratch) {
+    fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
         let settings = &self.scene.settings;
         scratch.roots.clear();
         scratch.wave.clear();
-        for block in pixels.chunks(8) {
-            for index in samples.clone() {
+        for block in work.pixels.chunks(8) {
+            for index in work.samples.clone() {
                 for &(x, y) in block {
                     let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
-                    let path = Path::from_camera(scratch.roots.len() as u32, index);
+                    let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
                     scratch.wave.push(RayClass::Primary, path, Ray::new(self.scene.camera.eye, dir));
                     let pixel = (y - rect.y0) * rect.width() + (x - rect.x0);
                     scratch.roots.push(Root { pixel, sampler, sum: Default::default() });
@@ -248,10 +259,10 @@ fn deposit(sum: &mut [RadianceSum; 3], radiance: Rgb, tally: &mut Tally) {
 }
 
 /// The pixels of a tile along a Z-order curve of blocks of 4 x 2.
-fn pixel_order(rect: PixelRect) -> Vec<(u32, u32)> {
+pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
     let mut order: Vec<_> =
         (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))).collect();
-    order.sort_by_key(|&(x, y)| (interleave(x / 4) | interleave(y / 2) << 1, y, x));
+    order.sort_by_cached_key(|&(x, y)| (interleave(x / 4) | interleave(y / 2) << 1, y, x));
     order
 }
 
