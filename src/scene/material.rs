@@ -23,6 +23,16 @@ pub enum Texture {
 }
 
 impl Texture {
+    /// The largest value of each channel.
+    pub fn brightest(&self) -> Rgb {
+        match *self {
+            Self::Constant(colour) => colour,
+            Self::Checker { even, odd, .. } => {
+                Rgb::new(even.r.max(odd.r), even.g.max(odd.g), even.b.max(odd.b))
+            }
+        }
+    }
+
     /// The colour at a point of the unit world.
     #[inline]
     pub fn at(&self, p: Vec3) -> Rgb {
