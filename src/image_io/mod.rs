@@ -1,1 +1,3 @@
 //! EXR and PNG.
+
+pub mod read;
