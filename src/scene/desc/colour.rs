@@ -107,15 +107,15 @@ impl<'de> Visitor<'de> for ColourVisitor {
     }
 
     fn visit_f64<E>(self, v: f64) -> Result<ColourDesc, E> {
-        RgbVisitor.visit_f64(v).map(ColourDesc::Constant)
+        Ok(ColourDesc::Constant(RgbDesc::Grey(v)))
     }
 
     fn visit_i64<E>(self, v: i64) -> Result<ColourDesc, E> {
-        RgbVisitor.visit_i64(v).map(ColourDesc::Constant)
+        Ok(ColourDesc::Constant(RgbDesc::Grey(v as f64)))
     }
 
     fn visit_u64<E>(self, v: u64) -> Result<ColourDesc, E> {
-        RgbVisitor.visit_u64(v).map(ColourDesc::Constant)
+        Ok(ColourDesc::Constant(RgbDesc::Grey(v as f64)))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ColourDesc, A::Error> {

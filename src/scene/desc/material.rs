@@ -18,6 +18,12 @@ pub enum MaterialDesc {
     CosinePower(CosinePowerDesc),
     /// A perfect mirror, over an optional diffuse part.
     Mirror(MirrorDesc),
+    /// A metal: smooth, or rough with GGX microfacets.
+    Conductor(ConductorDesc),
+    /// A rough clear coat (GGX) over a diffuse base.
+    Plastic(PlasticDesc),
+    /// Smooth glass.
+    Dielectric(DielectricDesc),
     /// Emits light and reflects none.
     Emissive(EmissiveDesc),
 }
@@ -94,6 +100,82 @@ pub struct MirrorDesc {
     pub ca: Option<ColourDesc>,
 }
 
+/// A metal: `metal`, or `eta` and `k`, or none of them for one that reflects everything at every angle.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub struct ConductorDesc {
+    /// A metal by name.
+    pub metal: Option<MetalDesc>,
+    /// Real part of the index of refraction.
+    pub eta: Option<RgbDesc>,
+    /// Imaginary part of the index of refraction.
+    pub k: Option<RgbDesc>,
+    /// Colour that multiplies the reflection.
+    pub reflectance: ColourDesc,
+    /// Roughness, 0 (smooth) to 1; 0.1 if neither this nor `exponent` is given.
+    pub alpha: Option<f64>,
+    /// The cosine power about as wide as the roughness meant: `alpha = 1 / sqrt(2 exponent)`.
+    pub exponent: Option<ExponentDesc>,
+}
+
+/// Metals by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MetalDesc {
+    /// Al.
+    Aluminium,
+    /// Cr.
+    Chromium,
+    /// Cu.
+    Copper,
+    /// Au.
+    Gold,
+    /// Ag.
+    Silver,
+}
+
+impl MetalDesc {
+    /// Real and imaginary part of the index of refraction for linear Rec. 709: measured spectra averaged per
+    /// channel, as renderers since Mitsuba 0.5 tabulate them.
+    pub fn ior(self) -> [[f32; 3]; 2] {
+        match self {
+            Self::Aluminium => [[1.657_46, 0.880_369, 0.521_229], [9.223_869, 6.269_523, 4.837_001]],
+            Self::Chromium => [[4.369_683, 2.916_703, 1.654_701], [5.206_434, 4.231_365, 3.754_947]],
+            Self::Copper => [[0.200_438, 0.924_033, 1.102_212], [3.912_949, 2.452_848, 2.142_188]],
+            Self::Gold => [[0.143_119, 0.374_957, 1.442_479], [3.983_16, 2.385_721, 1.603_215]],
+            Self::Silver => [[0.155_265, 0.116_723, 0.138_381], [4.828_35, 3.122_25, 2.146_96]],
+        }
+    }
+}
+
+/// Plastic.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub struct PlasticDesc {
+    /// Factor of the base's diffuse reflectance, 0 to 1.
+    pub kd: f64,
+    /// Colour of the base.
+    pub cd: ColourDesc,
+    /// Index of refraction of the coat, at least 1.
+    pub eta: f64,
+    /// Roughness of the coat, 0.001 to 1; 0.1 if neither this nor `exponent` is given.
+    pub alpha: Option<f64>,
+    /// The cosine power about as wide as the roughness meant: `alpha = 1 / sqrt(2 exponent)`.
+    pub exponent: Option<ExponentDesc>,
+}
+
+/// Glass.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub struct DielectricDesc {
+    /// Index of refraction of the inside over that of the outside.
+    pub eta: f64,
+    /// Colour that multiplies the reflection.
+    pub reflectance: ColourDesc,
+    /// Colour that multiplies the transmission.
+    pub transmittance: ColourDesc,
+}
+
 /// The material of lamps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table")]
@@ -119,6 +201,18 @@ impl Default for MirrorDesc {
     fn default() -> Self {
         let white = ColourDesc::default;
         Self { kr: 1.0, cr: white(), kd: 0.0, cd: white(), ka: 0.0, ca: None }
+    }
+}
+
+impl Default for PlasticDesc {
+    fn default() -> Self {
+        Self { kd: 0.5, cd: ColourDesc::default(), eta: 1.5, alpha: None, exponent: None }
+    }
+}
+
+impl Default for DielectricDesc {
+    fn default() -> Self {
+        Self { eta: 1.5, reflectance: ColourDesc::default(), transmittance: ColourDesc::default() }
     }
 }
 

@@ -2,15 +2,14 @@
 
 use super::error::{did_you_mean, one_of};
 use super::source::{At, Source};
+use super::surface::{Context, black};
 use super::{Notes, SceneError};
 use crate::bxdf::Horizon;
 use crate::core::Rgb;
 use crate::geometry::obj::ObjMaterial;
-use crate::scene::desc::colour::{CheckerDesc, ColourDesc, RgbDesc};
-use crate::scene::desc::material::{MaterialDesc, MatteDesc};
-use crate::scene::desc::{ExponentDesc, SceneDesc};
+use crate::scene::desc::material::MaterialDesc;
+use crate::scene::desc::{RgbDesc, SceneDesc};
 use crate::scene::{Material, Specular, Texture, World};
-use glam::DVec3;
 
 /// Beyond this exponent the lobe is narrower than the rounding of an f32 direction: a mirror.
 const SHARPEST: f64 = 1e13;
@@ -111,48 +110,6 @@ impl<'a> MaterialTable<'a> {
     }
 }
 
-/// What the conversion of one material needs.
-struct Context<'a> {
-    at: &'a At<'a>,
-    world: &'a World,
-    horizon: Horizon,
-}
-
-impl Context<'_> {
-    /// A factor times a colour; `None` for black.
-    fn texture(&self, keys: [&str; 2], factor: f64, colour: &ColourDesc) -> Result<Option<Texture>, SceneError> {
-        let factor = self.at.non_negative(keys[0], factor)? as f32;
-        let at = self.at.key(keys[1]);
-        let texture = match colour {
-            ColourDesc::Constant(rgb) => Texture::Constant(at.radiance(*rgb)? * factor),
-            ColourDesc::Checker(desc) => checker(desc, factor, &at, self.world)?,
-        };
-        Ok(Some(texture).filter(|t| !t.brightest().is_black()))
-    }
-
-    /// A material that so far has its diffuse and ambient parts only.
-    fn matte(&self, name: String, desc: &MatteDesc) -> Result<Material, SceneError> {
-        let (ca, ca_key) = desc.ca.as_ref().map_or((&desc.cd, "cd"), |ca| (ca, "ca"));
-        Ok(Material {
-            ambient: self.texture(["ka", ca_key], desc.ka, ca)?,
-            diffuse: self.texture(["kd", "cd"], desc.kd, &desc.cd)?,
-            ..black(name)
-        })
-    }
-}
-
-/// A material that reflects and emits nothing.
-fn black(name: String) -> Material {
-    Material {
-        name,
-        ambient: None,
-        diffuse: None,
-        specular: Specular::None,
-        emission: None,
-        emits_both_sides: false,
-    }
-}
-
 fn lamp(name: String, radiance: Rgb, both_sides: bool) -> Material {
     Material { emission: Some(radiance).filter(|e| !e.is_black()), emits_both_sides: both_sides, ..black(name) }
 }
@@ -166,11 +123,7 @@ fn described(name: String, desc: &MaterialDesc, context: &Context<'_>) -> Result
             ..context.matte(name, &desc.matte())?
         }),
         MaterialDesc::CosinePower(desc) => {
-            let ExponentDesc(exponent) = desc.exponent;
-            if exponent.is_nan() || exponent < 0.0 {
-                let message = format!("{exponent} is no exponent: it must be at least 0, or inf");
-                return Err(context.at.key("exponent").fail(message));
-            }
+            let exponent = context.exponent(desc.exponent)?;
             let horizon = desc.horizon.unwrap_or(context.horizon);
             let specular = match reflectance(desc.kr, &desc.cr)? {
                 None => Specular::None,
@@ -181,27 +134,13 @@ fn described(name: String, desc: &MaterialDesc, context: &Context<'_>) -> Result
             };
             Ok(Material { specular, ..context.matte(name, &desc.matte())? })
         }
+        MaterialDesc::Conductor(desc) => context.conductor(name, desc),
+        MaterialDesc::Plastic(desc) => context.plastic(name, desc),
+        MaterialDesc::Dielectric(desc) => context.dielectric(name, desc),
         MaterialDesc::Emissive(desc) => {
             Ok(lamp(name, context.at.rgb("radiance", desc.radiance)?, desc.both_sides))
         }
     }
-}
-
-/// A checker in the unit world.
-fn checker(desc: &CheckerDesc, factor: f32, at: &At<'_>, world: &World) -> Result<Texture, SceneError> {
-    let size = at.positive("size", desc.size)?;
-    let origin = at.vector("origin", desc.origin)?;
-    let colours = at.key("checker");
-    let [even, odd] = [colours.rgb("0", desc.checker[0])?, colours.rgb("1", desc.checker[1])?];
-    // The pattern repeats every two cubes: an origin near the world's keeps the digits of the coordinates.
-    let period = 2.0 * size;
-    let near = origin + period * ((world.center - origin) / period).round();
-    let shifted = near - DVec3::splat(size / 4096.0);
-    let frequency = (size * world.scale).recip() as f32;
-    if !frequency.is_finite() || frequency == 0.0 {
-        return Err(at.key("size").fail(format!("{size} is too far from the size of the scene")));
-    }
-    Ok(Texture::Checker { even: even * factor, odd: odd * factor, frequency, origin: world.to_unit(shifted) })
 }
 
 /// A material of an MTL file: `Kd` diffuse, `Ks` and `Ns` glossy, `Ka` ambient, `Ke` emitted.
@@ -236,7 +175,14 @@ fn warn_of_excess(material: &Material, notes: &mut Notes) {
     let diffuse = material.diffuse.map_or(Rgb::BLACK, |t| t.brightest());
     let specular = match material.specular {
         Specular::None => Rgb::BLACK,
-        Specular::Mirror(t) | Specular::CosinePower { reflectance: t, .. } => t.brightest(),
+        Specular::Mirror(t)
+        | Specular::CosinePower { reflectance: t, .. }
+        | Specular::Conductor { reflectance: t, .. }
+        | Specular::Plastic { base: t, .. } => t.brightest(),
+        Specular::Dielectric { reflectance, transmittance, .. } => {
+            let (r, t) = (reflectance.brightest(), transmittance.brightest());
+            if r.max_channel() > t.max_channel() { r } else { t }
+        }
     };
     let most = (diffuse + specular).max_channel();
     if most > 1.000_001 {

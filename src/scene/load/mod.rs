@@ -16,6 +16,7 @@ mod picture;
 mod settings;
 mod shape;
 mod source;
+mod surface;
 mod transform;
 mod tree;
 
@@ -89,15 +90,16 @@ fn build(source: &Source, base_dir: &Path) -> Result<Scene, SceneError> {
     let (mut shapes, mut geometries): (Vec<Shape>, Vec<Geometry>) = (vec![], vec![]);
     for part in parts {
         let (name, material) = (part.name.clone(), part.material);
-        if let Some(shape) = part.into_shape(source, &world, &mut notes)? {
+        let emits = materials[material as usize].emission.is_some();
+        for shape in part.into_shapes(source, &world, emits, &mut notes)? {
             shapes.push(shape);
-            geometries.push(Geometry { name, material, light: None });
+            geometries.push(Geometry { name: name.clone(), material, light: None });
         }
     }
 
     // Lights, now that emitting shapes are in their places.
     let lights =
-        light::build(&desc, source, &world, &shapes, &mut geometries, &materials, &mut notes)?;
+        light::build(&desc, source, &world, (&shapes, &mut geometries), &materials, &mut notes)?;
     let ambient = match desc.ambient {
         Some(ambient) => source.at("ambient").radiance(ambient)?,
         None => Rgb::BLACK,

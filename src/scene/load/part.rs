@@ -102,13 +102,15 @@ impl Part {
         min.cmple(max).all().then_some((min, max))
     }
 
-    /// The shape in the unit world; `None`, with a warning, if nothing of it is left.
-    pub(super) fn into_shape(
+    /// The shape in the unit world; nothing, with a warning, if nothing of it is left. Spheres that emit are a shape
+    /// each, as each is a light of its own.
+    pub(super) fn into_shapes(
         self,
         source: &Source,
         world: &World,
+        emits: bool,
         notes: &mut Notes,
-    ) -> Result<Option<Shape>, SceneError> {
+    ) -> Result<Vec<Shape>, SceneError> {
         let at = source.at(&self.path);
         let to_unit = world.affine() * self.transform;
         let shape = match self.body {
@@ -141,14 +143,17 @@ impl Part {
                     let message = format!("sphere {i} is too small for the size of the rest of the scene");
                     return Err(at.fail(message));
                 }
+                if emits {
+                    return Ok(spheres.into_iter().map(|s| Shape::Spheres([s].into())).collect());
+                }
                 Shape::Spheres(spheres.into())
             }
             Body::EndlessPlane { .. } => unreachable!("`place_planes` has cut every plane to size"),
         };
         if shape.primitive_count() == 0 {
             notes.warnings.push(at.warn(format!("`{}` is empty and was left out", self.name)));
-            return Ok(None);
+            return Ok(vec![]);
         }
-        Ok(Some(shape))
+        Ok(vec![shape])
     }
 }
