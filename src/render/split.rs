@@ -7,12 +7,10 @@
 
 use crate::film::Film;
 use crate::integrator::Tally;
+use crate::scene::settings::MAX_AUTO_SPLIT;
 
 /// Rays per glossy hit in the second pilot round.
 pub(super) const PILOT_SPLIT: u32 = 4;
-
-/// More than this is never worth it: what is gained is less than the measurement's own error.
-const MAX_SPLIT: u32 = 64;
 
 /// Samples per pixel of each pilot round, of `count` in all: few, since they may be of the wrong kind.
 pub(super) fn pilot_samples(count: u32) -> u32 {
@@ -97,7 +95,7 @@ fn best_split(one: &Measured, many: &Measured) -> u32 {
     let camera_cost = (one.rays / one.samples - lobe_cost).max(1.0);
     let camera_variance = (one.variance - lobe_variance).max(1e-3 * one.variance);
     let best = (lobe_variance * camera_cost / (camera_variance * lobe_cost)).sqrt();
-    best.round().clamp(1.0, f64::from(MAX_SPLIT)) as u32
+    best.round().clamp(1.0, f64::from(MAX_AUTO_SPLIT)) as u32
 }
 
 #[cfg(test)]
