@@ -18,7 +18,7 @@ Numbers are over all pixels and channels, in linear light; a PNG is taken from s
   relmse  mean((A - B)^2 / (B + 0.01)^2)
   max     max |A - B|
   mean    mean(A - B); --threshold looks at its absolute value
-  flip    mean of FLIP, 0 to 1 (Andersson et al. 2020, 2021): of two EXR files HDR-FLIP, else LDR-FLIP of
+  flip    mean of FLIP, 0 to 1 (Andersson et al. 2020, 2021): HDR-FLIP, but if one is a PNG, LDR-FLIP of
           what a display shows, that is of light clipped to [0, 1]
 
 Exit codes: 0 at most the threshold (or none given), 1 more than it, 2 the pictures cannot be compared.
@@ -29,11 +29,11 @@ Examples:
   gloss diff a.exr b.exr --threshold 0          # any difference that FLIP sees
   gloss diff a.exr b.exr --ldr --exposure 1     # as the PNG files of these would look")]
 pub(super) struct Args {
-    /// The picture to test: .exr or .png
+    /// The picture to test: .exr, .hdr or .png
     #[arg(value_name = "A")]
     test: PathBuf,
 
-    /// The reference: .exr or .png
+    /// The reference: .exr, .hdr or .png
     #[arg(value_name = "B")]
     reference: PathBuf,
 
@@ -49,11 +49,11 @@ pub(super) struct Args {
     #[arg(long, default_value_t, value_enum)]
     metric: Metric,
 
-    /// LDR-FLIP for EXR files too, of light times the exposure, clipped to [0, 1]
+    /// LDR-FLIP for float files too, of light times the exposure, clipped to [0, 1]
     #[arg(long)]
     ldr: bool,
 
-    /// Stops of exposure for LDR-FLIP of EXR files
+    /// Stops of exposure for LDR-FLIP of float files
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = parse::exposure,
           allow_negative_numbers = true, requires = "ldr")]
     exposure: f32,
@@ -73,7 +73,6 @@ pub(super) struct Args {
 
 /// Compares, tells, and judges.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
-    let formats = [Format::of(&args.test).or_bad()?, Format::of(&args.reference).or_bad()?];
     if let Some(map) = &args.map {
         if Format::of(map).or_bad()? != Format::Png {
             return Err(Failure::bad(format!("{}: the map is a .png", map.display())));
@@ -81,11 +80,10 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         atomic::check_writable(map).or_failed()?;
     }
     let mut images = [read_image(&args.test).or_bad()?, read_image(&args.reference).or_bad()?];
-    let range = if args.ldr || formats.contains(&Format::Png) { Range::Ldr } else { Range::Hdr };
-    for (image, format) in images.iter_mut().zip(formats) {
-        if format == Format::Exr {
-            expose(image, args.exposure);
-        }
+    let as_shown = [&args.test, &args.reference].map(|path| Format::of(path).is_ok_and(|f| f == Format::Png));
+    let range = if args.ldr || as_shown.contains(&true) { Range::Ldr } else { Range::Hdr };
+    for (image, _) in images.iter_mut().zip(as_shown).filter(|(_, as_shown)| !as_shown) {
+        expose(image, args.exposure);
     }
     let [test, reference] = &images;
     let difference = compare(test, reference, range, args.ppd).or_bad()?;

@@ -43,12 +43,10 @@ impl Failure {
 
     /// The error and its causes, but for those that a message before them already tells.
     fn message(&self) -> String {
-        self.error.chain().map(ToString::to_string).fold(String::new(), |told, cause| {
-            match told {
-                told if told.is_empty() => cause,
-                told if told.contains(&cause) => told,
-                told => format!("{told}: {cause}"),
-            }
+        self.error.chain().map(ToString::to_string).fold(String::new(), |told, cause| match told {
+            told if told.is_empty() => cause,
+            told if told.contains(&cause) => told,
+            told => format!("{told}: {cause}"),
         })
     }
 }

@@ -10,7 +10,6 @@ mod generate;
 mod info;
 mod output;
 mod parse;
-mod plan;
 mod progress;
 mod render;
 mod scene_args;

@@ -1,6 +1,7 @@
 //! Values of flags: from what is typed to what is meant.
 
 use crate::film::PixelRect;
+use crate::scene::settings::Auto;
 use crate::scene::{GlossySamples, Override};
 use std::num::NonZeroU32;
 
@@ -24,11 +25,14 @@ pub(super) fn crop(typed: &str) -> Result<PixelRect, String> {
     }
 }
 
-/// `16`, `16,4,1` or `branch=9`.
+/// `16`, `16,4,1`, `branch=9` or `auto`.
 pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     let rays = |s: &str| {
         s.trim().parse().map(NonZeroU32::get).map_err(|_| format!("`{s}` is not a number of rays from 1 up"))
     };
+    if typed == "auto" {
+        return Ok(GlossySamples::Auto(Auto::Auto));
+    }
     if let Some(branch) = typed.strip_prefix("branch=") {
         return Ok(GlossySamples::Branch { branch: rays(branch)? });
     }
@@ -94,6 +98,7 @@ mod tests {
         assert_eq!(glossy_samples("16"), Ok(GlossySamples::First(16)));
         assert_eq!(glossy_samples("16,4"), Ok(GlossySamples::PerDepth(vec![16, 4])));
         assert_eq!(glossy_samples("branch=9"), Ok(GlossySamples::Branch { branch: 9 }));
+        assert_eq!(glossy_samples("auto"), Ok(GlossySamples::Auto(Auto::Auto)));
         let defined = definition("shapes.0.file=a=b.obj").unwrap();
         assert_eq!((&*defined.path, &*defined.value), ("shapes.0.file", "a=b.obj"));
         assert_eq!(tile_size("64"), Ok(64));

@@ -10,7 +10,7 @@ use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
-use crate::render::{Outcome, RenderOptions, render};
+use crate::render::{Outcome, RayClass, RenderOptions, StopReason, render};
 use crate::scene::Scene;
 use serde_json::json;
 use std::path::PathBuf;
@@ -61,9 +61,9 @@ pub(super) struct Args {
     #[arg(short, long)]
     quiet: bool,
 
-    /// Say more; twice, say most
-    #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "quiet")]
-    verbose: u8,
+    /// Say more: settings, rays by class, size of the structure
+    #[arg(short, long, conflicts_with = "quiet")]
+    verbose: bool,
 }
 
 /// Renders, writes and tells.
@@ -82,13 +82,17 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let accel = args.accel.build(&scene)?;
     let build_seconds = clock.elapsed().as_secs_f64();
 
-    let options =
-        RenderOptions { threads: args.accel.threads, crop: args.crop, tile_size: args.tile_size };
+    let options = RenderOptions {
+        threads: args.accel.threads,
+        crop: args.crop,
+        tile_size: args.tile_size,
+        ..RenderOptions::default()
+    };
     interrupt.stops_softly();
     let reporter = Reporter::start(if args.quiet { Style::None } else { args.progress });
     let outcome = render(&scene, &*accel, &options, &reporter, interrupt.stop());
     reporter.finish();
-    if outcome.interrupted {
+    if outcome.stopped_by == StopReason::Interrupted {
         note(&format!("interrupted after {:.1} s of rendering: nothing is written", outcome.seconds));
         return Ok(Exit::Interrupted);
     }
@@ -118,13 +122,8 @@ fn tell_before(args: &Args, scene: &Scene) {
     for warning in &scene.warnings {
         note(&format!("warning: {warning}"));
     }
-    if args.verbose > 0 {
+    if args.verbose {
         note(&format!("settings: {}", settings::to_text(&scene.settings)));
-    }
-    if args.verbose > 1 {
-        for feature in super::plan::features(scene) {
-            note(&format!("plan: {feature}"));
-        }
     }
 }
 
@@ -151,7 +150,7 @@ impl Report<'_> {
             ("seed", scene.settings.seed.to_string()),
             ("spp", scene.settings.spp.to_string()),
             ("seconds", format!("{:.3}", outcome.seconds)),
-            ("rays", outcome.rays.total().to_string()),
+            ("rays", outcome.tally.all_rays().rays.to_string()),
             ("dropped_samples", self.dropped().to_string()),
         ];
         all.into_iter().map(|(name, value)| (format!("gloss.{name}"), value)).collect()
@@ -163,7 +162,7 @@ impl Report<'_> {
     }
 
     fn rays_per_second(&self) -> f64 {
-        self.outcome.rays.total() as f64 / self.outcome.seconds.max(1e-9)
+        self.outcome.tally.all_rays().rays as f64 / self.outcome.seconds.max(1e-9)
     }
 
     /// The last words.
@@ -175,15 +174,15 @@ impl Report<'_> {
             return note(&self.json(outputs).to_string());
         }
         let Self { outcome, accel, .. } = self;
-        if self.args.verbose > 0 {
-            let rays = outcome.rays;
-            let [primary, glossy, diffuse, shadow] =
-                [rays.primary, rays.glossy, rays.diffuse, rays.shadow].map(|n| count(n as f64));
-            note(&format!("rays: primary {primary}, glossy {glossy}, diffuse {diffuse}, shadow {shadow}"));
+        if self.args.verbose {
+            let rays = RayClass::ALL
+                .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
+            note(&format!("rays: {}", rays.join(", ")));
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
         }
-        if outcome.lost_throughput > 0.0 {
-            note(&format!("cut off at the greatest depth: {:.3} % of the light", 100.0 * outcome.lost_throughput));
+        let lost = outcome.tally.lost_throughput();
+        if lost > 0.0 {
+            note(&format!("cut off at the greatest depth: {:.3} % of the throughput", 100.0 * lost));
         }
         if self.dropped() > 0 {
             let dropped = outcome.film.dropped;
@@ -213,6 +212,10 @@ impl Report<'_> {
     fn json(&self, outputs: &[Output]) -> serde_json::Value {
         let Self { outcome, accel, scene, .. } = self;
         let dropped = outcome.film.dropped;
+        let rays: serde_json::Map<_, _> = RayClass::ALL
+            .map(|class| (class.name().to_owned(), json!(outcome.tally.class(class).rays)))
+            .into_iter()
+            .collect();
         json!({
             "event": "done",
             "outputs": outputs.iter().map(|o| o.path().display().to_string()).collect::<Vec<_>>(),
@@ -220,14 +223,14 @@ impl Report<'_> {
             "scene_hash": scene.hash,
             "spp": scene.settings.spp,
             "seed": scene.settings.seed,
-            "rays": outcome.rays,
+            "rays": rays,
             "rays_per_second": self.rays_per_second(),
             "load_seconds": self.load_seconds,
             "build_seconds": self.build_seconds,
             "render_seconds": outcome.seconds,
             "structure_bytes": accel.memory_bytes,
             "peak_memory_bytes": peak_memory_bytes(),
-            "lost_throughput": outcome.lost_throughput,
+            "lost_throughput": outcome.tally.lost_throughput(),
             "dropped": { "nan": dropped.nan, "infinite": dropped.infinite, "negative": dropped.negative },
         })
     }

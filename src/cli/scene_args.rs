@@ -34,8 +34,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "POLICY", help_heading = SETTINGS)]
     at_max_depth: Option<AtMaxDepth>,
 
-    /// Rays that a glossy hit splits into: N at the first on a path, N,M,... at the first, second, ..., or branch=N at
-    /// every one
+    /// Rays that a glossy hit splits into: N at the first on a path, N,M,... at the first, second, ..., branch=N at every
+    /// one, or auto to let a pilot pass choose
     #[arg(long, value_name = "N", value_parser = parse::glossy_samples, help_heading = SETTINGS)]
     glossy_samples: Option<GlossySamples>,
 
@@ -96,6 +96,7 @@ fn name(value: impl ValueEnum) -> String {
 /// As TOML.
 fn glossy_samples(value: &GlossySamples) -> String {
     match value {
+        GlossySamples::Auto(_) => "\"auto\"".to_owned(),
         GlossySamples::First(n) => n.to_string(),
         GlossySamples::PerDepth(list) => format!("{list:?}"),
         GlossySamples::Branch { branch } => format!("{{ branch = {branch} }}"),
@@ -124,7 +125,10 @@ mod tests {
         let pair = |path: &str, value: &str| (path.to_owned(), value.to_owned());
         assert_eq!(overrides(&[]), []);
         assert_eq!(overrides(&["--resolution", "64x48"]), [pair("camera.resolution", "[64, 48]")]);
-        assert_eq!(overrides(&["--horizon", "fold-weighted"]), [pair("settings.horizon", "\"fold-weighted\"")]);
+        assert_eq!(
+            overrides(&["--horizon", "fold-weighted"]),
+            [pair("settings.horizon", "\"fold-weighted\"")]
+        );
         assert_eq!(overrides(&["--glossy-samples", "8,2"]), [pair("settings.glossy_samples", "[8, 2]")]);
         assert_eq!(
             overrides(&["--glossy-samples", "branch=9"]),
@@ -136,9 +140,6 @@ mod tests {
     fn definitions_go_after_flags_and_presets_before_them() {
         let paths: Vec<_> = overrides(&["-D", "settings.spp=3", "--spp", "4", "--preset", "lecture"]);
         let paths: Vec<_> = paths.iter().map(|(path, value)| (&**path, &**value)).collect();
-        assert_eq!(
-            paths,
-            [("settings.preset", "\"lecture\""), ("settings.spp", "4"), ("settings.spp", "3")]
-        );
+        assert_eq!(paths, [("settings.preset", "\"lecture\""), ("settings.spp", "4"), ("settings.spp", "3")]);
     }
 }

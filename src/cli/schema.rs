@@ -2,7 +2,7 @@
 
 use super::exit::{Exit, Failure};
 use super::terminal::print_json;
-use crate::scene::desc;
+use crate::scene;
 
 /// Print the JSON schema of scene files
 #[derive(Debug, clap::Args)]
@@ -13,5 +13,5 @@ pub(super) struct Args {}
 
 /// Prints it.
 pub(super) fn run(_: &Args) -> Result<Exit, Failure> {
-    print_json(&desc::schema())
+    print_json(&scene::schema())
 }

@@ -40,7 +40,13 @@ fn scaled(mut n: f64, units: &[&str]) -> String {
         n /= 1000.0;
         unit += 1;
     }
-    let digits = if unit == 0 || n >= 99.95 { 0 } else if n >= 9.995 { 1 } else { 2 };
+    let digits = if unit == 0 || n >= 99.95 {
+        0
+    } else if n >= 9.995 {
+        1
+    } else {
+        2
+    };
     format!("{n:.digits$} {}", units[unit]).trim_end().to_owned()
 }
 

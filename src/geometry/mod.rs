@@ -7,6 +7,7 @@ mod bounds;
 mod file_error;
 pub mod generate;
 mod mesh;
+mod number;
 pub mod obj;
 pub mod ply;
 mod source;

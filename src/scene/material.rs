@@ -1,6 +1,6 @@
 //! Materials: what makes a [`Bsdf`] of a point.
 
-use crate::bxdf::{Bsdf, Bxdf, CosinePower, Diffuse, Horizon, Mirror};
+use crate::bxdf::{Bsdf, Bxdf, Diffuse, Horizon, Mirror};
 use crate::core::Rgb;
 use glam::Vec3;
 
@@ -83,11 +83,7 @@ impl Material {
             Specular::None => {}
             Specular::Mirror(t) => bsdf.add(Bxdf::Mirror(Mirror { reflectance: t.at(p) })),
             Specular::CosinePower { reflectance, exponent, horizon } => {
-                bsdf.add(Bxdf::CosinePower(CosinePower {
-                    reflectance: reflectance.at(p),
-                    exponent: *exponent,
-                    horizon: *horizon,
-                }));
+                bsdf.add(Bxdf::cosine_power(reflectance.at(p), *exponent, *horizon));
             }
         }
         bsdf

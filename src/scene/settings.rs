@@ -40,11 +40,21 @@ pub enum GlossySamples {
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
+    /// As many at the first glossy hit as a pilot pass finds to be worth their time, one at those after it.
+    Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
         /// Rays per hit.
         branch: u32,
     },
+}
+
+/// The word `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Auto {
+    /// The word itself.
+    Auto,
 }
 
 impl GlossySamples {
@@ -60,6 +70,7 @@ impl GlossySamples {
                 }
             }
             Self::PerDepth(list) => list.get(glossy_depth as usize).copied().unwrap_or(1),
+            Self::Auto(_) => 1,
             Self::Branch { branch } => *branch,
         }
     }
