@@ -34,7 +34,7 @@ pub enum AtMaxDepth {
 
 /// Into how many rays a glossy hit splits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a whole number, a list of them, or { branch = whole number }")]
 pub enum GlossySamples {
     /// So many at the first glossy hit of a path, one at those after it.
     First(u32),
@@ -89,8 +89,8 @@ pub enum DirectLight {
     Lobe,
 }
 
-/// How to render.
-#[derive(Clone, Debug, PartialEq)]
+/// How to render; displayed as the lines of a scene file's `[settings]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Camera samples per pixel.
     pub spp: u32,
@@ -131,5 +131,11 @@ impl Default for Settings {
             sampler: SamplerKind::default(),
             seed: 0,
         }
+    }
+}
+
+impl std::fmt::Display for Settings {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(toml::to_string(self).map_err(|_| std::fmt::Error)?.trim_end())
     }
 }

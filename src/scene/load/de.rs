@@ -107,7 +107,7 @@ impl<'de> de::Deserializer<'de> for &'de Node {
         let access = match &self.value {
             Value::String(name) => Enum { name, place: self.place, content: None },
             Value::Table(_) => match self.field("type") {
-                Some(Self { place, value: Value::String(name) }) => {
+                Some(Node { place, value: Value::String(name) }) => {
                     Enum { name, place: *place, content: Some(self) }
                 }
                 tag => {

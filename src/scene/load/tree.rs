@@ -73,6 +73,21 @@ impl Node {
         }
     }
 
+    /// Says of the whole value that it was written there.
+    pub(super) fn set_place(&mut self, place: Place) {
+        self.place = place;
+        match &mut self.value {
+            Value::Array(items) => items.iter_mut().for_each(|item| item.set_place(place)),
+            Value::Table(entries) => {
+                for entry in entries {
+                    entry.place = place;
+                    entry.node.set_place(place);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// Where the deepest part of `path` (keys and indices joined by dots) that is there was written.
     pub(super) fn place_of(&self, path: &str) -> Place {
         let mut node = self;
