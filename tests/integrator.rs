@@ -117,3 +117,66 @@ fn threads_tiles_and_crops_change_no_bit() {
         assert_eq!(*pixel, whole.film.pixels[y * 8 + x]);
     }
 }
+
+/// Paths of random length: a scene with noise.
+fn noisy() -> Scene {
+    let settings =
+        Settings { spp: 24, max_depth: 0, at_max_depth: AtMaxDepth::Roulette, ..Default::default() };
+    furnace(glossy(0.6, 30.0), settings)
+}
+
+#[test]
+fn a_render_that_goes_on_and_shards_that_are_merged_are_the_whole() {
+    let scene = noisy();
+    let whole = run(&scene, &RenderOptions::default()).film;
+    let part = |samples, resume| {
+        run(&scene, &RenderOptions { samples: Some(samples), resume, ..Default::default() }).film
+    };
+
+    let broken_off = part(0..7, None);
+    assert_eq!(part(0..24, Some(broken_off)).pixels, whole.pixels);
+
+    let mut merged = part(16..24, None);
+    merged.merge(&part(0..9, None));
+    merged.merge(&part(9..16, None));
+    assert_eq!(merged.pixels, whole.pixels);
+}
+
+#[test]
+fn a_threshold_stops_where_it_is_met_on_any_number_of_threads() {
+    let mut scene = noisy();
+    scene.settings.spp = 100_000;
+    let options = RenderOptions { noise: Some(0.05), threads: 1, ..Default::default() };
+    let one = run(&scene, &options);
+    assert_eq!(one.stopped_by, gloss::render::StopReason::Noise);
+    // Relative variance of one sample: k / (1-k)^2 over 1 / (1-k)^2 = 0.6.
+    let expected = 0.6 / 0.05f64.powi(2);
+    let count = f64::from(one.film.pixels[0].count);
+    assert!(count > expected && count < 4.0 * expected, "{count} samples, {expected} expected");
+    let two = run(&scene, &RenderOptions { threads: 2, tile_size: 3, ..options });
+    assert_eq!(one.film.pixels, two.film.pixels);
+}
+
+#[test]
+fn time_that_is_up_stops_a_render() {
+    let mut scene = noisy();
+    scene.settings.spp = u32::MAX;
+    let outcome = run(
+        &scene,
+        &RenderOptions { time: Some(std::time::Duration::from_millis(50)), ..Default::default() },
+    );
+    assert_eq!(outcome.stopped_by, gloss::render::StopReason::Time);
+    assert!(outcome.film.pixels.iter().all(|p| p.count > 0));
+}
+
+#[test]
+fn the_pilot_decides_alike_on_any_number_of_threads() {
+    let mut scene = noisy();
+    scene.settings.glossy_samples = GlossySamples::Auto(gloss::scene::settings::Auto::Auto);
+    let one = run(&scene, &RenderOptions { threads: 1, ..Default::default() });
+    let two = run(&scene, &RenderOptions { threads: 2, ..Default::default() });
+    assert_eq!(one.film.pixels, two.film.pixels);
+    let mean = one.film.image().iter().map(|p| f64::from(p.g)).sum::<f64>() / 64.0;
+    let error = (0.6 / 0.16 / (64.0 * 24.0f64)).sqrt();
+    assert!((mean - 2.5).abs() < 5.0 * error, "{mean} +- {error}");
+}

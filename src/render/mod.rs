@@ -29,7 +29,8 @@ pub struct RenderOptions<'a> {
     pub threads: usize,
     /// Only this part of the image.
     pub crop: Option<PixelRect>,
-    /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture.
+    /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture: where splitting is chosen tile by
+    /// tile, it is not heeded.
     pub tile_size: u32,
     /// Only these of the pixels' samples: a shard's share of the scene's `0..spp`.
     pub samples: Option<Range<u32>>,
@@ -158,7 +159,8 @@ impl<'a> Picture<'a> {
         assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
         let film = options.resume.clone().unwrap_or_else(|| Film::new(scene.camera.resolution, rect));
         assert_eq!(film.rect, rect, "a render goes on with the film that it began with");
-        let tile_size = if options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
+        let by_tile = matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         Self {
             scene,
             integrator: Integrator::new(scene, accel).with_log(options.log),
@@ -214,7 +216,9 @@ impl<'a> Picture<'a> {
             self.round(*done, &SplitMap::constant(m, self.tiles.len()))
         });
         let [one, many] = measured;
-        SplitMap::choose(&one, &many, &self.tiles)
+        let top = self.tiles.first().map_or(0, |tile| tile.rect.y0);
+        let columns = self.tiles.iter().take_while(|tile| tile.rect.y0 == top).count();
+        SplitMap::choose(&one, &many, columns)
     }
 
     /// Brings every pixel that is still in work to `target` samples; what each tile's new samples were.

@@ -5,15 +5,12 @@
 //! least at `m = sqrt(V2 c1 / (V1 c2))`. Both sides are measured, in two small rounds that stay in the picture. The
 //! cost is counted in rays and not in seconds, so that a seed gives the same picture on every machine.
 
-use super::tile::Tile;
 use crate::film::Film;
 use crate::integrator::Tally;
+use crate::scene::settings::MAX_AUTO_SPLIT;
 
 /// Rays per glossy hit in the second pilot round.
 pub(super) const PILOT_SPLIT: u32 = 4;
-
-/// More than this is never worth it: what is gained is less than the measurement's own error.
-const MAX_SPLIT: u32 = 64;
 
 /// Samples per pixel of each pilot round, of `count` in all: few, since they may be of the wrong kind.
 pub(super) fn pilot_samples(count: u32) -> u32 {
@@ -61,21 +58,22 @@ impl SplitMap {
         Self(vec![split; tiles])
     }
 
-    /// From the rounds of one ray and of [`PILOT_SPLIT`] rays, each tile judged with its neighbours.
-    pub(super) fn choose(one: &[Measured], many: &[Measured], tiles: &[Tile]) -> Self {
-        let near = |a: &Tile, b: &Tile| {
-            a.rect.x0 <= b.rect.x1
-                && b.rect.x0 <= a.rect.x1
-                && a.rect.y0 <= b.rect.y1
-                && b.rect.y0 <= a.rect.y1
-        };
-        let neighbourhood = |centre: &Tile, measured: &[Measured]| {
+    /// From the rounds of one ray and of [`PILOT_SPLIT`] rays, each tile of the grid of so many columns judged with
+    /// its neighbours.
+    pub(super) fn choose(one: &[Measured], many: &[Measured], columns: usize) -> Self {
+        let rows = one.len() / columns.max(1);
+        let around = |centre: usize, end: usize| centre.saturating_sub(1)..(centre + 2).min(end);
+        let neighbourhood = |row: usize, column: usize, measured: &[Measured]| {
             let mut sum = Measured::default();
-            tiles.iter().zip(measured).filter(|(t, _)| near(centre, t)).for_each(|(_, m)| sum.add(m));
+            for r in around(row, rows) {
+                around(column, columns).for_each(|c| sum.add(&measured[r * columns + c]));
+            }
             sum
         };
-        let best = |tile: &Tile| best_split(&neighbourhood(tile, one), &neighbourhood(tile, many));
-        Self(tiles.iter().map(best).collect())
+        let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
+        let best =
+            |(row, column)| best_split(&neighbourhood(row, column, one), &neighbourhood(row, column, many));
+        Self(cells.map(best).collect())
     }
 
     pub(super) fn of_tile(&self, number: usize) -> u32 {
@@ -97,7 +95,7 @@ fn best_split(one: &Measured, many: &Measured) -> u32 {
     let camera_cost = (one.rays / one.samples - lobe_cost).max(1.0);
     let camera_variance = (one.variance - lobe_variance).max(1e-3 * one.variance);
     let best = (lobe_variance * camera_cost / (camera_variance * lobe_cost)).sqrt();
-    best.round().clamp(1.0, f64::from(MAX_SPLIT)) as u32
+    best.round().clamp(1.0, f64::from(MAX_AUTO_SPLIT)) as u32
 }
 
 #[cfg(test)]

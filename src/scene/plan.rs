@@ -5,6 +5,7 @@ use super::{
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
+use crate::scene::settings::MAX_AUTO_SPLIT;
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -71,7 +72,11 @@ impl Plan {
         let mut say = |runs: bool, yes: &str, no: &str| {
             lines.push(if runs { yes.to_owned() } else { format!("left out: {no}") });
         };
-        say(self.bounces, "reflected rays are traced", "reflected rays (nothing reflects, or the depth is 0)");
+        say(
+            self.bounces,
+            "reflected rays are traced",
+            "reflected rays (nothing reflects, or the depth is 0)",
+        );
         say(
             self.has_glossy && self.split > 1,
             &format!("the first glossy hit splits into {} rays", self.split),
@@ -132,6 +137,7 @@ fn glossy_rays_bound(settings: &Settings) -> Option<f64> {
     Some(match &settings.glossy_samples {
         GlossySamples::First(m) => f64::from(*m) * depth,
         GlossySamples::Branch { branch: 1 } => depth,
+        GlossySamples::Auto(_) => f64::from(MAX_AUTO_SPLIT) * depth,
         // The sum of m + m^2 + ... + m^D.
         GlossySamples::Branch { branch } => {
             let m = f64::from(*branch);
@@ -173,10 +179,6 @@ impl LightUse {
         }
         let environment = scene.lights.environment.as_ref().filter(|_| takes_others);
         let table = environment.is_some_and(|e| matches!(e, Environment::Studio(_) | Environment::Image(_)));
-        Self {
-            samples: samples || environment.is_some(),
-            shadows: shadows || environment.is_some(),
-            table,
-        }
+        Self { samples: samples || environment.is_some(), shadows: shadows || environment.is_some(), table }
     }
 }

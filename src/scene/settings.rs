@@ -49,6 +49,9 @@ pub enum GlossySamples {
     },
 }
 
+/// More rays than these at a glossy hit are never worth it: what is gained is less than the pilot's own error.
+pub const MAX_AUTO_SPLIT: u32 = 64;
+
 /// The word `auto`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

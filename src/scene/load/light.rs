@@ -188,9 +188,8 @@ fn image(desc: &ImageDesc, at: &At<'_>, notes: &mut Notes) -> Result<Environment
     let path = notes.path_of(&desc.file);
     let fail = |message: String| at.key("file").fail(format!("{}: {message}", path.display()));
     let picture = picture::read(&path).map_err(fail)?;
-    let environment =
-        Environment::image(picture.width, picture.height, picture.pixels, rotate_deg, scale)
-            .map_err(|e| fail(e.to_string()))?;
+    let environment = Environment::image(picture.width, picture.height, picture.pixels, rotate_deg, scale)
+        .map_err(|e| fail(e.to_string()))?;
     notes.files.push(path);
     Ok(environment)
 }

@@ -172,7 +172,9 @@ impl At<'_> {
                 return Err(self.fail(format!("{x} is negative: light and reflectance are not")));
             }
             if x > BRIGHTEST {
-                return Err(self.fail(format!("{x:e} is more than {BRIGHTEST:e}, the brightest that can be summed")));
+                return Err(
+                    self.fail(format!("{x:e} is more than {BRIGHTEST:e}, the brightest that can be summed"))
+                );
             }
         }
         Ok(Rgb::from(value.to_array().map(|x| x as f32)))
