@@ -28,6 +28,19 @@ pub fn write_atomically(
     Ok(())
 }
 
+/// The same for a writer that wants a path: it fills the (empty, existing) file of that name.
+///
+/// # Errors
+/// As [`write_atomically`].
+pub fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), ImageError> {
+    let failed = |e: io::Error| ImageError::Write { path: path.to_owned(), reason: e.to_string() };
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let temporary = temporary_beside(&target).map_err(failed)?.into_temp_path();
+    write(&temporary).map_err(failed)?;
+    File::open(&temporary).and_then(|file| file.sync_all()).map_err(failed)?;
+    temporary.persist(&target).map_err(|e| failed(e.error))
+}
+
 /// Whether [`write_atomically`] could write this file now: for jobs that would be sorry to learn it at their end.
 ///
 /// # Errors
@@ -103,6 +116,20 @@ mod tests {
         assert_eq!(names(directory.path()), ["picture.png"]);
     }
 
+    #[test]
+    fn a_writer_by_path_replaces_the_file_or_leaves_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("mesh.obj");
+        replace(&path, |temporary| fs::write(temporary, "first")).unwrap();
+        let failed = replace(&path, |temporary| {
+            fs::write(temporary, "half")?;
+            Err(io::ErrorKind::StorageFull.into())
+        });
+        assert!(failed.is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "first");
+        assert_eq!(names(directory.path()), ["mesh.obj"]);
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_link_stays_a_link() {
@@ -113,6 +140,18 @@ mod tests {
         write_atomically(&link, |f| f.write_all(b"new").map_err(|e| e.to_string())).unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_new_file_has_the_rights_of_any_new_file() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = tempfile::tempdir().unwrap();
+        let (ours, plain) = (directory.path().join("ours.png"), directory.path().join("plain"));
+        write_atomically(&ours, |_| Ok(())).unwrap();
+        fs::write(&plain, "").unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&plain));
     }
 
     #[test]

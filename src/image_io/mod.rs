@@ -52,7 +52,7 @@ impl Image {
     }
 }
 
-/// What a picture's file holds, by the ending of its name.
+/// What is written to a picture's file, by the ending of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// OpenEXR: linear, any range.
@@ -85,6 +85,9 @@ pub enum ImageError {
         /// Whose ending.
         path: PathBuf,
     },
+    /// A file of linear light cannot be read.
+    #[error(transparent)]
+    Linear(#[from] read::ReadImageError),
     /// The file is missing, or is not what its ending says.
     #[error("cannot read {}: {reason}", path.display())]
     Read {
