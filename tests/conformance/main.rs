@@ -78,7 +78,7 @@ macro_rules! conformance {
 
 conformance! {
     brute = Subject::new(Backend::Brute).rays(2_000);
-    bvh = Subject::new(Backend::Bvh).rays(1_000_000);
+    bvh = Subject::new(Backend::Bvh).rays(2_000);
     bvh_fast = Subject::new(Backend::Bvh).quality(Quality::Fast);
     bvh_high = Subject::new(Backend::Bvh).quality(Quality::High);
     bvh_compact = Subject::new(Backend::Bvh).compact();
