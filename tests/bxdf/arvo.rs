@@ -10,7 +10,7 @@ use gloss::bxdf::{Bxdf, Horizon, Incidence};
 use gloss::core::{Rgb, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// A polygon as seen from the origin: its vertices in order, counter-clockwise.
+/// A polygon about directions from the origin: its vertices in order, clockwise as seen from the origin.
 type Polygon = Vec<DVec3>;
 
 /// The part of the polygon with `n . x > 0`.
@@ -33,8 +33,7 @@ fn clipped(polygon: &Polygon, n: DVec3) -> Polygon {
 fn boundary(polygon: &Polygon, w: DVec3, v: DVec3, m: i32, n: i32) -> f64 {
     let next = polygon.iter().cycle().skip(1);
     let edge = |(&a, &b): (&DVec3, &DVec3)| {
-        // Outward for a polygon that runs counter-clockwise as seen from the origin.
-        let outward = a.cross(b).normalize();
+        let outward = b.cross(a).normalize();
         outward.dot(v) * line_integral(a, b, w, m, n)
     };
     polygon.iter().zip(next).map(edge).sum()
@@ -84,8 +83,8 @@ fn axial_moment(polygon: &Polygon, w: DVec3, n: i32) -> f64 {
 
 /// The integral of `(w . u)^n (v . u)` over the polygon.
 fn double_moment(polygon: &Polygon, w: DVec3, v: DVec3, n: i32) -> f64 {
-    let nf = f64::from(n);
-    (nf * w.dot(v) * axial_moment(polygon, w, n - 1) - boundary(polygon, w, v, n, n)) / (nf + 2.0)
+    let axial = if n == 0 { 0.0 } else { f64::from(n) * w.dot(v) * axial_moment(polygon, w, n - 1) };
+    (axial - boundary(polygon, w, v, n, n)) / f64::from(n + 2)
 }
 
 fn lobe_fraction(polygon: &Polygon, r: DVec3, n: DVec3, e: i32) -> f64 {
@@ -108,7 +107,6 @@ struct Rectangle {
 impl Rectangle {
     fn polygon(&self) -> Polygon {
         let c = [Vec3::ZERO, self.a, self.a + self.b, self.b].map(|d| (self.corner + d).as_dvec3());
-        // As seen from the origin.
         if self.a.cross(self.b).dot(self.corner) > 0.0 { c.to_vec() } else { c.into_iter().rev().collect() }
     }
 

@@ -66,10 +66,12 @@ pub(crate) fn phong_energy(e: f64, theta_deg: f64) -> PhongEnergy {
     let (from, to) = ((-FRAC_PI_2).max(-within), FRAC_PI_2.min(within));
     let plane = (theta - FRAC_PI_2).clamp(from, to);
     let slice = |t: f64, height: f64| t.cos().max(0.0).powf(e) * height;
-    PhongEnergy {
-        above: across * simpson(plane, to, |t| slice(t, (theta - t).cos())),
-        folded: across * simpson(from, plane, |t| slice(t, (theta + t).cos())),
-    }
+    // As in `cosine_power`, squares take the kink of a small power away from both ends.
+    let above =
+        simpson(0.0, (to - plane).sqrt(), |s| 2.0 * s * slice(to - s * s, (theta - to + s * s).cos()));
+    let folded =
+        simpson(0.0, (plane - from).sqrt(), |s| 2.0 * s * slice(from + s * s, (theta + from + s * s).cos()));
+    PhongEnergy { above: across * above, folded: across * folded }
 }
 
 /// The angle of f32 rounding below a right angle, in degrees.

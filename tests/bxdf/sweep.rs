@@ -36,7 +36,7 @@ fn furnaces_return_the_albedo() {
                 }
                 Furnace::AtMost(bound) => {
                     assert!(furnace.mean < bound + 5.0 * furnace.error + 1e-6, "{what}: {}", furnace.mean);
-                    assert!((albedo / furnace.mean - 1.0).abs() < 0.35, "{what}: {albedo} {}", furnace.mean);
+                    assert!((albedo / furnace.mean - 1.0).abs() < 0.1, "{what}: {albedo} {}", furnace.mean);
                 }
             }
         }
@@ -49,8 +49,12 @@ fn samples_agree_with_value_and_density() {
         for u in pairs(2, 400) {
             let Some(s) = case.bxdf.sample(at, u) else { continue };
             let (f_cos, ln_pdf) = (case.bxdf.f_cos(at, s.wi), case.bxdf.ln_pdf(at, s.wi));
-            // A narrow lobe turns the rounding of a direction into that of its logarithm.
-            let tolerance = 1e-5 + 3e-7 * f64::from(s.ln_pdf.max(0.0)).exp().sqrt() as f32 * 10.0;
+            // What the rounding of the direction is worth: the change of the density a little to each side.
+            let sides = Frame::new(s.wi);
+            let tolerance = [sides.s, -sides.s, sides.t, -sides.t]
+                .map(|d| (case.bxdf.ln_pdf(at, s.wi + 1e-6 * d) - ln_pdf).abs())
+                .into_iter()
+                .fold(1e-5, |sum, d| sum + 0.3 * d);
             assert!((s.wi.length() - 1.0).abs() < 2e-7, "{what}: {u:?} {}", s.wi.length());
             assert!(at.ng.dot(s.wi) > 0.0, "{what}: {u:?}");
             let grazing = at.ng.dot(s.wi) < 1e-4 || at.n.dot(s.wi) < 1e-4;
