@@ -1,9 +1,19 @@
 //! Wavefront OBJ files and their materials.
+//!
+//! The text is cut into chunks of lines that threads read apart (`chunk`); `assemble` resolves what a line says
+//! about lines before it and sorts the triangles by name and material; `unify` gives each vertex one index.
 
-use super::file_error::{Fault, Place, read_bytes};
+mod assemble;
+mod chunk;
+mod mtl;
+mod unify;
+mod write;
+
+pub use write::write;
+
+use super::file_error::read_bytes;
 use super::{MeshFileError, MeshSource};
-use glam::{DVec3, Vec2, Vec3};
-use std::io::{self, BufWriter, Write};
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 /// The triangles of one object or group that share a material.
@@ -47,77 +57,64 @@ pub struct ObjFile {
     pub warnings: Vec<String>,
 }
 
+/// Bytes that one thread reads at a time.
+const CHUNK_SIZE: usize = 1 << 20;
+
 /// Reads an OBJ file and the MTL files that it names.
 ///
-/// # Errors
-/// If the file cannot be read or is malformed.
-pub fn read(path: &Path) -> Result<ObjFile, MeshFileError> {
-    let bytes = read_bytes(path)?;
-    let mut files = vec![path.to_path_buf()];
-    let options = tobj::LoadOptions { single_index: true, triangulate: true, ..tobj::GPU_LOAD_OPTIONS };
-    let found = std::cell::RefCell::new(Vec::new());
-    let (models, materials) = tobj::load_obj_buf(&mut &bytes[..], &options, |name| {
-        let full = path.parent().unwrap_or(Path::new("")).join(name);
-        found.borrow_mut().push(full.clone());
-        tobj::load_mtl(full)
-    })
-    .map_err(|e| Fault::new(Place::Byte(0), e.to_string(), "mend the file").in_file(path))?;
-    files.extend(found.into_inner());
-    let rgb = |c: Option<[f64; 3]>| c.map(|c| c.map(|x| x as f32));
-    let materials = (materials.unwrap_or_default().into_iter())
-        .map(|m| ObjMaterial {
-            name: m.name,
-            ambient: rgb(m.ambient),
-            diffuse: rgb(m.diffuse),
-            specular: rgb(m.specular),
-            exponent: m.shininess.map(|x| x as f32),
-            emission: rgb(m.emissive),
-        })
-        .collect();
-    let vec3 = |v: &[f64]| DVec3::from_slice(v);
-    let parts = (models.into_iter())
-        .map(|m| Part {
-            name: m.name,
-            material: m.mesh.material_id,
-            mesh: MeshSource {
-                positions: m.mesh.positions.chunks_exact(3).map(vec3).collect(),
-                indices: m.mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-                normals: m.mesh.normals.chunks_exact(3).map(|n| vec3(n).as_vec3()).collect(),
-                uvs: m.mesh.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0] as f32, t[1] as f32)).collect(),
-            },
-        })
-        .filter(|p| !p.mesh.indices.is_empty())
-        .collect();
-    Ok(ObjFile { parts, materials, files, warnings: vec![] })
-}
-
-/// Writes a mesh as an OBJ file; positions, normals and texture coordinates read back as the same numbers.
+/// Reads `v` (a weight divides, a colour is passed over), `vt`, `vn`, `f` (indices that count back too; more than
+/// three corners become a fan of triangles), `o` and `g` (both name the triangles after them), `usemtl`, `mtllib`;
+/// a backslash joins lines. Other statements are passed over. A corner without a normal, in a part where others
+/// have one, gets a zero normal.
 ///
 /// # Errors
-/// If the file cannot be written.
-pub fn write(path: &Path, mesh: &MeshSource) -> io::Result<()> {
-    let mut out = BufWriter::new(std::fs::File::create(path)?);
-    for DVec3 { x, y, z } in &mesh.positions {
-        writeln!(out, "v {x} {y} {z}")?;
+/// If a file cannot be read (but a missing MTL file only makes a warning) or a line is malformed, names something
+/// that is not there, or holds a number that is not finite.
+pub fn read(path: &Path) -> Result<ObjFile, MeshFileError> {
+    let content = assemble::parse(&read_bytes(path)?, CHUNK_SIZE).map_err(|fault| fault.in_file(path))?;
+    let mut file = ObjFile { files: vec![path.to_path_buf()], ..ObjFile::default() };
+    for library in content.libraries {
+        file.read_library(path.parent().unwrap_or(Path::new("")), &library)?;
     }
-    for Vec2 { x, y } in &mesh.uvs {
-        writeln!(out, "vt {x} {y}")?;
+
+    // A material that is defined again counts as it is defined last.
+    let materials = file.materials.iter().enumerate();
+    let known: HashMap<String, usize> = materials.map(|(i, m)| (m.name.clone(), i)).collect();
+    let mut unknown = BTreeSet::new();
+    for piece in content.pieces {
+        let material = piece.material.as_ref().and_then(|name| known.get(name).copied());
+        unknown.extend(piece.material.filter(|_| material.is_none()));
+        file.parts.push(Part { name: piece.name, material, mesh: piece.mesh });
     }
-    for Vec3 { x, y, z } in &mesh.normals {
-        writeln!(out, "vn {x} {y} {z}")?;
-    }
-    let (uvs, normals) = (!mesh.uvs.is_empty(), !mesh.normals.is_empty());
-    for triangle in &mesh.indices {
-        write!(out, "f")?;
-        for v in triangle.map(|v| u64::from(v) + 1) {
-            match (uvs, normals) {
-                (false, false) => write!(out, " {v}")?,
-                (true, false) => write!(out, " {v}/{v}")?,
-                (false, true) => write!(out, " {v}//{v}")?,
-                (true, true) => write!(out, " {v}/{v}/{v}")?,
+    let warning = |name: String| format!("{}: no MTL file defines the material `{name}`", path.display());
+    file.warnings.extend(unknown.into_iter().map(warning));
+    Ok(file)
+}
+
+impl ObjFile {
+    /// Reads what an `mtllib` statement names: one file (its name may hold blanks), or several.
+    fn read_library(&mut self, folder: &Path, value: &str) -> Result<(), MeshFileError> {
+        let whole = folder.join(value);
+        let paths = match whole.is_file() {
+            true => vec![whole],
+            false => value.split_ascii_whitespace().map(|name| folder.join(name)).collect(),
+        };
+        for path in paths {
+            if self.files.contains(&path) {
+                continue;
             }
+            let bytes = match read_bytes(&path) {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    self.warnings.push(error.to_string());
+                    continue;
+                }
+            };
+            let (materials, warnings) = mtl::parse(&bytes).map_err(|fault| fault.in_file(&path))?;
+            self.materials.extend(materials);
+            self.warnings.extend(warnings.into_iter().map(|w| format!("{}: {w}", path.display())));
+            self.files.push(path);
         }
-        writeln!(out)?;
+        Ok(())
     }
-    out.flush()
 }

@@ -81,15 +81,6 @@ impl Element {
     pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name)
     }
-
-    /// Bytes of a row in a binary file, if all rows are alike.
-    pub(super) fn row_bytes(&self) -> Option<usize> {
-        let size = |p: &Property| match p.kind {
-            Kind::Scalar(scalar) => Some(scalar.size()),
-            Kind::List { .. } => None,
-        };
-        self.properties.iter().map(size).sum()
-    }
 }
 
 /// What a header says.
