@@ -73,13 +73,12 @@ pub(super) fn parse(bytes: &[u8], (start, end): (usize, usize)) -> Result<Chunk<
     let mut polygon = Vec::new();
     while cursor.at < end {
         cursor.skip_blanks();
-        let line = cursor.at;
-        let word = &cursor.bytes[line..(line + 3).min(end)];
-        match word {
-            [b'v', b' ' | b'\t', ..] => chunk.position(&mut cursor)?,
-            [b'v', b'n', b' ' | b'\t'] => chunk.normal(&mut cursor)?,
-            [b'v', b't', b' ' | b'\t'] => chunk.uv(&mut cursor)?,
-            [b'f', b' ' | b'\t', ..] => chunk.face(&mut cursor, &mut polygon)?,
+        let blank = |i: usize| cursor.bytes.get(cursor.at + i).is_none_or(u8::is_ascii_whitespace);
+        match cursor.bytes[cursor.at.min(end)..] {
+            [b'v', ..] if blank(1) => chunk.position(&mut cursor)?,
+            [b'v', b'n', ..] if blank(2) => chunk.normal(&mut cursor)?,
+            [b'v', b't', ..] if blank(2) => chunk.uv(&mut cursor)?,
+            [b'f', ..] if blank(1) => chunk.face(&mut cursor, &mut polygon)?,
             [b'o' | b'g' | b'u' | b'm', ..] => chunk.mark(&cursor),
             _ => {}
         }
@@ -208,6 +207,8 @@ impl<'a> Chunk<'a> {
             }
         }
         match cursor.peek() {
+            // What follows the backslash is seen to where the next corner is due.
+            b'\\' | b'#' => Ok(corner),
             byte if byte.is_ascii_whitespace() => Ok(corner),
             _ => Err(line_fault(cursor, CORNER)),
         }
