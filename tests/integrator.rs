@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use gloss::accel::{self, Backend, BuildOptions};
 use gloss::bxdf::Horizon;
 use gloss::core::Rgb;
-use gloss::geometry::{Shape, Sphere};
 use gloss::film::Film;
+use gloss::geometry::{Shape, Sphere};
 use gloss::render::{Outcome, RenderOptions, Silent, State, render};
 use gloss::scene::{
     AtMaxDepth, Camera, Geometry, GlossySamples, Lights, Material, Scene, Settings, Specular, Texture, World,

@@ -135,6 +135,11 @@ fn lobes(material: &Material) -> Vec<String> {
     match &material.specular {
         Specular::None => {}
         Specular::Mirror(_) => all.push("mirror".to_owned()),
+        Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
+        Specular::Plastic { eta, alpha, .. } => {
+            all.push(format!("plastic, index {eta}, roughness {alpha}"));
+        }
+        Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
         Specular::CosinePower { exponent, .. } => all.push(format!("glossy, exponent {exponent}")),
     }
     if material.emission.is_some() {
