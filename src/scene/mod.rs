@@ -16,9 +16,9 @@ pub mod settings;
 pub mod world;
 
 pub use camera::Camera;
+pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
 pub use light::{EmitterHit, Environment, Light, LightSample, Lights, Receiver};
-pub use desc::{SceneDesc, schema};
 pub use load::{Format, Location, Override, SceneError, load, load_str};
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;

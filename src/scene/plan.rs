@@ -71,7 +71,11 @@ impl Plan {
         let mut say = |runs: bool, yes: &str, no: &str| {
             lines.push(if runs { yes.to_owned() } else { format!("left out: {no}") });
         };
-        say(self.bounces, "reflected rays are traced", "reflected rays (nothing reflects, or the depth is 0)");
+        say(
+            self.bounces,
+            "reflected rays are traced",
+            "reflected rays (nothing reflects, or the depth is 0)",
+        );
         say(
             self.has_glossy && self.split > 1,
             &format!("the first glossy hit splits into {} rays", self.split),
@@ -173,10 +177,6 @@ impl LightUse {
         }
         let environment = scene.lights.environment.as_ref().filter(|_| takes_others);
         let table = environment.is_some_and(|e| matches!(e, Environment::Studio(_) | Environment::Image(_)));
-        Self {
-            samples: samples || environment.is_some(),
-            shadows: shadows || environment.is_some(),
-            table,
-        }
+        Self { samples: samples || environment.is_some(), shadows: shadows || environment.is_some(), table }
     }
 }

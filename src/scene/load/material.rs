@@ -49,7 +49,8 @@ impl<'a> MaterialTable<'a> {
         let names = || self.entries[..self.described].iter().map(|(name, _)| name.as_str());
         names().position(|n| n == name).map(|i| i as u32).ok_or_else(|| {
             let hint = did_you_mean(name, names());
-            at.key("material").fail(format!("there is no material `{name}`{hint} (there is {})", one_of(names())))
+            at.key("material")
+                .fail(format!("there is no material `{name}`{hint} (there is {})", one_of(names())))
         })
     }
 
@@ -71,7 +72,13 @@ impl<'a> MaterialTable<'a> {
     }
 
     /// The material of a lamp; `path` is where it is described.
-    pub(super) fn add_lamp(&mut self, name: String, radiance: RgbDesc, both_sides: bool, path: String) -> u32 {
+    pub(super) fn add_lamp(
+        &mut self,
+        name: String,
+        radiance: RgbDesc,
+        both_sides: bool,
+        path: String,
+    ) -> u32 {
         self.add(name, Origin::Lamp { radiance, both_sides, path })
     }
 
@@ -99,9 +106,7 @@ impl<'a> MaterialTable<'a> {
                 Origin::Lamp { radiance, both_sides, path } => {
                     lamp(name, source.at(&path).rgb("radiance", radiance)?, both_sides)
                 }
-                Origin::Grey => {
-                    Material { diffuse: Some(Texture::Constant(Rgb::grey(GREY))), ..black(name) }
-                }
+                Origin::Grey => Material { diffuse: Some(Texture::Constant(Rgb::grey(GREY))), ..black(name) },
             };
             warn_of_excess(&material, notes);
             materials.push(material);
@@ -111,7 +116,11 @@ impl<'a> MaterialTable<'a> {
 }
 
 fn lamp(name: String, radiance: Rgb, both_sides: bool) -> Material {
-    Material { emission: Some(radiance).filter(|e| !e.is_black()), emits_both_sides: both_sides, ..black(name) }
+    Material {
+        emission: Some(radiance).filter(|e| !e.is_black()),
+        emits_both_sides: both_sides,
+        ..black(name)
+    }
 }
 
 fn described(name: String, desc: &MaterialDesc, context: &Context<'_>) -> Result<Material, SceneError> {

@@ -37,8 +37,8 @@ use std::path::{Path, PathBuf};
 /// If a file is missing or malformed, or a value is out of its range; the message says which, where and what would
 /// mend it.
 pub fn load(path: &Path, overrides: &[Override]) -> Result<Scene, SceneError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
+    let text =
+        std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
     let source = Source::new(path, text, Format::of(path), overrides)?;
     build(&source, path.parent().unwrap_or(Path::new("")))
 }
@@ -98,8 +98,7 @@ fn build(source: &Source, base_dir: &Path) -> Result<Scene, SceneError> {
     }
 
     // Lights, now that emitting shapes are in their places.
-    let lights =
-        light::build(&desc, source, &world, (&shapes, &mut geometries), &materials, &mut notes)?;
+    let lights = light::build(&desc, source, &world, (&shapes, &mut geometries), &materials, &mut notes)?;
     let ambient = match desc.ambient {
         Some(ambient) => source.at("ambient").radiance(ambient)?,
         None => Rgb::BLACK,

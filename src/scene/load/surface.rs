@@ -24,7 +24,12 @@ pub(super) struct Context<'a> {
 
 impl Context<'_> {
     /// A factor times a colour; `None` for black.
-    pub(super) fn texture(&self, keys: [&str; 2], factor: f64, colour: &ColourDesc) -> Result<Option<Texture>, SceneError> {
+    pub(super) fn texture(
+        &self,
+        keys: [&str; 2],
+        factor: f64,
+        colour: &ColourDesc,
+    ) -> Result<Option<Texture>, SceneError> {
         let factor = self.at.non_negative(keys[0], factor)? as f32;
         let at = self.at.key(keys[1]);
         let texture = match colour {
@@ -55,7 +60,11 @@ impl Context<'_> {
             (None, Some(eta), Some(k)) => {
                 Some(ComplexIor { eta: self.at.rgb("eta", eta)?, k: self.at.rgb("k", k)? })
             }
-            _ => return Err(self.at.fail("an index of refraction is `metal`, or `eta` and `k`: give one or both")),
+            _ => {
+                return Err(self
+                    .at
+                    .fail("an index of refraction is `metal`, or `eta` and `k`: give one or both"));
+            }
         };
         let reflectance = self.texture(["reflectance"; 2], 1.0, &desc.reflectance)?;
         let alpha = self.roughness(desc.alpha, desc.exponent)?;
@@ -152,4 +161,3 @@ fn checker(desc: &CheckerDesc, factor: f32, at: &At<'_>, world: &World) -> Resul
     }
     Ok(Texture::Checker { even: even * factor, odd: odd * factor, frequency, origin: world.to_unit(shifted) })
 }
-

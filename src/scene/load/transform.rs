@@ -16,9 +16,11 @@ pub(super) fn compose(steps: &[TransformDesc], at: &At<'_>) -> Result<DAffine3, 
 }
 
 fn one_step(step: &TransformDesc, at: &At<'_>) -> Result<DAffine3, SceneError> {
-    let given = [step.translate.is_some(), step.rotate.is_some(), step.scale.is_some(), step.matrix.is_some()];
+    let given =
+        [step.translate.is_some(), step.rotate.is_some(), step.scale.is_some(), step.matrix.is_some()];
     if given.into_iter().filter(|&g| g).count() != 1 {
-        let message = "each step has exactly one of `translate`, `rotate`, `scale` and `matrix`: their order counts";
+        let message =
+            "each step has exactly one of `translate`, `rotate`, `scale` and `matrix`: their order counts";
         return Err(at.fail(message));
     }
     if let Some(by) = step.translate {
