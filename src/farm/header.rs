@@ -168,6 +168,19 @@ pub struct Header {
 }
 
 impl Header {
+    /// The header of a part of which nothing is done yet.
+    pub fn new(identity: Identity, part: Part) -> Self {
+        Self {
+            format: FORMAT,
+            identity,
+            parts: vec![part],
+            dropped: Dropped::default(),
+            tally: Tally::default(),
+            decisions: Decisions::default(),
+            seconds: 0.0,
+        }
+    }
+
     /// Whether all parts are finished; others may be missing altogether.
     pub fn is_finished(&self) -> bool {
         self.parts.iter().all(|part| part.finished)
