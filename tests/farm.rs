@@ -88,6 +88,22 @@ fn signal(child: &Child, name: &str) {
     assert!(sent.success());
 }
 
+/// Waits until the program listens to SIGUSR1, which would end it before.
+#[cfg(target_os = "linux")]
+fn wait_until_it_listens(child: &Child) {
+    const USR1: u64 = 1 << 9;
+    let started = Instant::now();
+    loop {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        if u64::from_str_radix(caught.trim(), 16).unwrap() & USR1 != 0 {
+            return;
+        }
+        assert!(started.elapsed() < Duration::from_secs(60), "the program does not listen");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
 /// Waits for a file that can be read.
 fn wait_for(path: &Path) -> Checkpoint {
     let started = Instant::now();
@@ -171,10 +187,11 @@ fn a_finished_shard_is_left_alone_and_two_attempts_do_no_harm() {
     assert_eq!(ran.code, 0, "{}", ran.err);
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn a_terminated_render_goes_on_to_the_same_bits() {
     let place = Place::new();
-    let flags = "--spp 4000 --threads 1";
+    let flags = "--spp 1000 --threads 1 --tile-size 8";
     let render =
         format!("render scene.toml -o a.png --checkpoint a.exr --resume --checkpoint-every 10ms {flags}");
     let child = place.start(&render);
@@ -189,6 +206,7 @@ fn a_terminated_render_goes_on_to_the_same_bits() {
     // Another checkpoint on demand, although the interval is long.
     let rare = render.replace("10ms", "1h");
     let child = place.start(&rare);
+    wait_until_it_listens(&child);
     let started = Instant::now();
     let after_signal = loop {
         signal(&child, "USR1");

@@ -49,7 +49,7 @@ impl Identity {
         compare("resolution", size(self.resolution), size(wanted.resolution));
         compare("part of the image", corners(self.picture), corners(wanted.picture));
         compare("noise threshold", threshold(self.noise), threshold(wanted.noise));
-        if !more_samples || self.adaptive || wanted.adaptive {
+        if !more_samples || self.adaptive || wanted.adaptive || self.spp > wanted.spp {
             compare("samples per pixel", self.spp.to_string(), wanted.spp.to_string());
         }
         if self.scene_hash != wanted.scene_hash {

@@ -299,6 +299,9 @@ impl<'a> Picture<'a> {
             }
             tile.pixels_by_count(&state.film, round.target)
         };
+        if groups.is_empty() {
+            return;
+        }
         for (count, pixels) in groups {
             let samples = self.samples.start + count..self.samples.start + round.target;
             let work = Work { pixels: &pixels, samples, split: round.splits.of_tile(number) };
