@@ -69,20 +69,21 @@ const BINS: (usize, usize) = (12, 16);
 
 /// What each bin expects: the whole lobe is uniform over them, and the policy multiplies it by 0, 1 or 2.
 fn expected(horizon: Horizon, e: f64, at: &Incidence, frame: &Frame, samples: f64) -> Vec<f64> {
-    const FINE: usize = 48;
+    // Finer in azimuth: near grazing incidence the horizon runs along the bins.
+    const FINE: (usize, usize) = (24, 96);
     let mut bins = vec![0.0; BINS.0 * BINS.1];
     let (ng, r, s, t) = (at.ng.as_dvec3(), frame.n.as_dvec3(), frame.s.as_dvec3(), frame.t.as_dvec3());
-    for i in 0..BINS.0 * FINE {
-        let ln_cos = ((i as f64 + 0.5) / (BINS.0 * FINE) as f64).ln() / (e + 1.0);
+    for i in 0..BINS.0 * FINE.0 {
+        let ln_cos = ((i as f64 + 0.5) / (BINS.0 * FINE.0) as f64).ln() / (e + 1.0);
         let (cos, sin) = (ln_cos.exp(), (-(2.0 * ln_cos).exp_m1()).sqrt());
-        for j in 0..BINS.1 * FINE {
-            let (y, x) = (TAU * (j as f64 + 0.5) / (BINS.1 * FINE) as f64).sin_cos();
+        for j in 0..BINS.1 * FINE.1 {
+            let (y, x) = (TAU * (j as f64 + 0.5) / (BINS.1 * FINE.1) as f64).sin_cos();
             let across = sin * (x * ng.dot(s) + y * ng.dot(t));
-            bins[i / FINE * BINS.1 + j / FINE] += multiplicity(horizon, cos * ng.dot(r), across);
+            bins[i / FINE.0 * BINS.1 + j / FINE.1] += multiplicity(horizon, cos * ng.dot(r), across);
         }
     }
     let total: f64 = bins.iter().sum();
-    let cells = (BINS.0 * BINS.1 * FINE * FINE) as f64;
+    let cells = (BINS.0 * BINS.1 * FINE.0 * FINE.1) as f64;
     let mass = if horizon == Horizon::Reject { total } else { cells };
     bins.iter().map(|m| m * samples / mass).collect()
 }
