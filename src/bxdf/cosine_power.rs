@@ -9,7 +9,7 @@
 //! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
 use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
-use crate::core::{Frame, Rgb, sampler::hash, special};
+use crate::core::{Frame, Rgb, elementary, sampler::hash, special};
 use glam::Vec3;
 use std::f32::consts::{LN_2, TAU};
 
@@ -76,6 +76,10 @@ impl Bxdf {
 /// The lobe's mass above a plane to whose normal its axis has the cosine `cos`: `1 - I(sin^2; (e+1)/2, 1/2) / 2`.
 pub fn mass_above(exponent: f32, cos: f32) -> f32 {
     let (e, cos) = (f64::from(exponent), f64::from(cos).clamp(0.0, 1.0));
+    // The mass below is less than sin^(e + 1) / 2, of which f32 sees nothing here.
+    if (e + 1.0) * (-cos * cos).ln_1p() < -36.0 {
+        return 1.0;
+    }
     (1.0 - 0.5 * special::cosine_power_tail(e, cos) / special::wallis(e)) as f32
 }
 
@@ -130,7 +134,7 @@ impl CosinePower {
             ng: at.ng,
             exponent,
             norm,
-            ln_norm: norm.ln(),
+            ln_norm: elementary::ln(norm),
         }
     }
 
@@ -167,7 +171,7 @@ impl PreparedCosinePower {
     #[inline]
     pub fn f_cos(&self, wi: Vec3) -> Rgb {
         let Some((ln_cos_e, m)) = self.evaluate(wi) else { return Rgb::BLACK };
-        let p = self.norm * ln_cos_e.exp();
+        let p = self.norm * elementary::exp(ln_cos_e);
         self.lobe.reflectance
             * match self.lobe.horizon {
                 Horizon::Fold => m * p,
@@ -206,7 +210,7 @@ impl PreparedCosinePower {
             return None;
         }
         let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
-        Some((self.exponent * (-fall).ln_1p(), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
+        Some((self.exponent * elementary::ln_1p(-fall), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
     }
 
     /// The logarithm of the density that [`sample`](Self::sample) has.
@@ -226,10 +230,10 @@ impl PreparedCosinePower {
     #[inline]
     fn draw(&self, u: [f32; 2]) -> Draw {
         // 1 - u is in (0, 1], and exact.
-        let ln_cos = (1.0 - u[0]).ln() / (self.exponent + 1.0);
-        let fall = ln_cos.exp_m1();
+        let ln_cos = elementary::ln(1.0 - u[0]) / (self.exponent + 1.0);
+        let fall = elementary::exp_m1(ln_cos);
         let sin = (-fall * (2.0 + fall)).sqrt();
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = elementary::sin_cos_turns(u[1]);
         Draw {
             along: self.frame.n + fall * self.frame.n,
             across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,

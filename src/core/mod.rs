@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
+pub mod elementary;
 mod fixed;
 mod frame;
 mod ray;
