@@ -9,7 +9,7 @@
 //! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
 use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
-use crate::core::{Frame, Rgb, elementary, sampler::hash, special};
+use crate::core::{Frame, Rgb, sampler::hash, special};
 use glam::Vec3;
 use std::f32::consts::{LN_2, TAU};
 
@@ -134,7 +134,7 @@ impl CosinePower {
             ng: at.ng,
             exponent,
             norm,
-            ln_norm: elementary::ln(norm),
+            ln_norm: norm.ln(),
         }
     }
 
@@ -171,7 +171,7 @@ impl PreparedCosinePower {
     #[inline]
     pub fn f_cos(&self, wi: Vec3) -> Rgb {
         let Some((ln_cos_e, m)) = self.evaluate(wi) else { return Rgb::BLACK };
-        let p = self.norm * elementary::exp(ln_cos_e);
+        let p = self.norm * ln_cos_e.exp();
         self.lobe.reflectance
             * match self.lobe.horizon {
                 Horizon::Fold => m * p,
@@ -210,7 +210,7 @@ impl PreparedCosinePower {
             return None;
         }
         let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
-        Some((self.exponent * elementary::ln_1p(-fall), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
+        Some((self.exponent * (-fall).ln_1p(), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
     }
 
     /// The logarithm of the density that [`sample`](Self::sample) has.
@@ -230,10 +230,10 @@ impl PreparedCosinePower {
     #[inline]
     fn draw(&self, u: [f32; 2]) -> Draw {
         // 1 - u is in (0, 1], and exact.
-        let ln_cos = elementary::ln(1.0 - u[0]) / (self.exponent + 1.0);
-        let fall = elementary::exp_m1(ln_cos);
+        let ln_cos = (1.0 - u[0]).ln() / (self.exponent + 1.0);
+        let fall = ln_cos.exp_m1();
         let sin = (-fall * (2.0 + fall)).sqrt();
-        let (sin_phi, cos_phi) = elementary::sin_cos_turns(u[1]);
+        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
         Draw {
             along: self.frame.n + fall * self.frame.n,
             across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,

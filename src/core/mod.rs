@@ -2,7 +2,6 @@
 //!
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
-pub mod elementary;
 mod fixed;
 mod frame;
 mod ray;
