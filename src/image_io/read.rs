@@ -168,7 +168,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let fails = |name: &str, content: Option<&[u8]>| {
             let path = folder.path().join(name);
-            content.map(|content| std::fs::write(&path, content).unwrap());
+            if let Some(content) = content {
+                std::fs::write(&path, content).unwrap();
+            }
             let message = read_linear(&path).unwrap_err().to_string();
             assert!(message.contains(name), "{message}");
             message
