@@ -8,6 +8,7 @@ pub mod conductor;
 pub mod cosine_power;
 pub mod dielectric;
 pub mod diffuse;
+pub mod energy;
 pub mod fresnel;
 pub mod microfacet;
 pub mod mirror;
@@ -207,6 +208,12 @@ impl Bsdf {
     pub fn add(&mut self, lobe: Bxdf) {
         let free = self.lobes.iter_mut().find(|l| l.is_none());
         *free.expect("a material has at most MAX_LOBES lobes") = Some(lobe);
+    }
+
+    /// The lobe of this number, which must be one that was added.
+    #[inline]
+    pub fn lobe(&self, number: usize) -> &Bxdf {
+        self.lobes[number].as_ref().expect("only lobes that were added are asked for")
     }
 
     /// The lobes in the order in which they were added.

@@ -5,6 +5,7 @@ use super::{
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
+use crate::scene::settings::MAX_AUTO_SPLIT;
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -136,6 +137,7 @@ fn glossy_rays_bound(settings: &Settings) -> Option<f64> {
     Some(match &settings.glossy_samples {
         GlossySamples::First(m) => f64::from(*m) * depth,
         GlossySamples::Branch { branch: 1 } => depth,
+        GlossySamples::Auto(_) => f64::from(MAX_AUTO_SPLIT) * depth,
         // The sum of m + m^2 + ... + m^D.
         GlossySamples::Branch { branch } => {
             let m = f64::from(*branch);

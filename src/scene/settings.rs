@@ -44,11 +44,24 @@ pub enum GlossySamples {
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
+    /// As many at the first glossy hit as a pilot pass finds to be worth their time, one at those after it.
+    Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
         /// Rays per hit.
         branch: u32,
     },
+}
+
+/// More rays than these at a glossy hit are never worth it: what is gained is less than the pilot's own error.
+pub const MAX_AUTO_SPLIT: u32 = 64;
+
+/// The word `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Auto {
+    /// The word itself.
+    Auto,
 }
 
 impl GlossySamples {
@@ -64,6 +77,7 @@ impl GlossySamples {
                 }
             }
             Self::PerDepth(list) => list.get(glossy_depth as usize).copied().unwrap_or(1),
+            Self::Auto(_) => 1,
             Self::Branch { branch } => *branch,
         }
     }

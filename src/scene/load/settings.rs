@@ -18,6 +18,7 @@ pub(super) fn checked(desc: &SettingsDesc, source: &Source) -> Result<Settings, 
     let counts = match &settings.glossy_samples {
         GlossySamples::First(m) => &[*m][..],
         GlossySamples::PerDepth(list) => list,
+        GlossySamples::Auto(_) => &[],
         GlossySamples::Branch { branch } => &[*branch],
     };
     if let Some(m) = counts.iter().find(|m| !(1..=MOST_GLOSSY_SAMPLES).contains(*m)) {
