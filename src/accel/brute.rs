@@ -1,9 +1,10 @@
 //! Every primitive against every ray, in f64: the oracle that the other backends are held against.
 
+use super::exact::{self, Point};
 use super::{AccelInfo, Accelerator, Coherence};
 use crate::core::{Hit, Ray};
 use crate::geometry::{Shape, Sphere};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// The shapes as they are.
 pub struct Brute {
@@ -26,10 +27,9 @@ impl Brute {
                 if ray.skip.rejects(geom_id, prim_id) {
                     continue;
                 }
-                let t_max = best.map_or(ray.t_max, |hit| hit.t);
                 let found = match shape {
-                    Shape::Mesh(mesh) => intersect_triangle(ray, mesh.triangle(prim_id), t_max),
-                    Shape::Spheres(spheres) => intersect_sphere(ray, spheres[prim_id as usize], t_max),
+                    Shape::Mesh(mesh) => triangle(ray, mesh.triangle(prim_id)),
+                    Shape::Spheres(spheres) => sphere(ray, spheres[prim_id as usize]),
                 };
                 if let Some((t, u, v)) = found
                     && best.is_none_or(|hit| t < hit.t)
@@ -42,40 +42,18 @@ impl Brute {
     }
 }
 
-/// Scalar triple products of the edges seen from the origin, in f64 (Woop, Benthin and Wald 2013 without the
-/// shear, which f64 does not need). Edges belong to both of their triangles; a triangle without area is not hit.
-fn intersect_triangle(ray: &Ray, corners: [Vec3; 3], t_max: f32) -> Option<(f32, f32, f32)> {
-    let d = ray.dir.as_dvec3();
-    let [a, b, c] = corners.map(|p| p.as_dvec3() - ray.origin.as_dvec3());
-    let [u, v, w] = [(c, b), (a, c), (b, a)].map(|(p, q): (DVec3, DVec3)| p.cross(q).dot(d));
-    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-        return None;
-    }
-    let det = u + v + w;
-    if det == 0.0 {
-        return None;
-    }
-    let normal = (b - a).cross(c - a);
-    let t = (normal.dot(a) / normal.dot(d)) as f32;
-    (t >= ray.t_min && t <= t_max).then(|| (t, (v / det) as f32, (w / det) as f32))
+fn triangle(ray: &Ray, corners: [Vec3; 3]) -> Option<(f32, f32, f32)> {
+    exact::crossing(ray, corners).and_then(|p| in_interval(ray, p))
 }
 
-/// The nearer root in the interval, from the point of the ray that is closest to the centre.
-fn intersect_sphere(ray: &Ray, sphere: Sphere, t_max: f32) -> Option<(f32, f32, f32)> {
-    let d = ray.dir.as_dvec3();
-    let to_center = sphere.center.as_dvec3() - ray.origin.as_dvec3();
-    let t_closest = to_center.dot(d) / d.length_squared();
-    let radius = f64::from(sphere.radius);
-    let discriminant = radius * radius - (to_center - t_closest * d).length_squared();
-    if discriminant < 0.0 {
-        return None;
-    }
-    let half_chord = (discriminant / d.length_squared()).sqrt();
-    [t_closest - half_chord, t_closest + half_chord]
-        .map(|t| t as f32)
-        .into_iter()
-        .find(|&t| t >= ray.t_min && t <= t_max)
-        .map(|t| (t, 0.0, 0.0))
+/// The nearer end in the interval.
+fn sphere(ray: &Ray, sphere: Sphere) -> Option<(f32, f32, f32)> {
+    exact::sphere_ends(ray, sphere).into_iter().filter(|p| p.beside == 0.0).find_map(|p| in_interval(ray, p))
+}
+
+fn in_interval(ray: &Ray, point: Point) -> Option<(f32, f32, f32)> {
+    let t = point.t as f32;
+    (t >= ray.t_min && t <= ray.t_max).then_some((t, point.u as f32, point.v as f32))
 }
 
 impl Accelerator for Brute {

@@ -6,6 +6,7 @@ pub mod brute;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod exact;
 
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;

@@ -1,7 +1,7 @@
 //! A metal: smooth or rough.
 
 use super::microfacet::Ggx;
-use super::{Incidence, LobeKind, LobeSample, fresnel, renormalized};
+use super::{Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
 use crate::core::{Frame, Rgb};
 use glam::Vec3;
 
@@ -28,7 +28,7 @@ impl ComplexIor {
 
 /// A surface of small metal mirrors: GGX with visible-normal sampling; single scattering.
 ///
-/// Directional albedo: `reflectance`, times Fresnel's, times what [`Ggx::albedo`] says single scattering keeps.
+/// Directional albedo: `reflectance`, times Fresnel's, times what single scattering keeps ([`energy::mirror_albedo`]).
 /// Below the roughness [`Ggx::SMOOTH`] it is a smooth mirror, a delta lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
@@ -89,7 +89,7 @@ impl Conductor {
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {
         let cos = at.n.dot(at.wo);
-        let kept = if self.ggx().is_smooth() { 1.0 } else { self.ggx().albedo(cos) };
+        let kept = if self.ggx().is_smooth() { 1.0 } else { energy::mirror_albedo(self.ggx(), cos) };
         self.colour(cos) * kept
     }
 }

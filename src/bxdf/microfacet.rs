@@ -6,7 +6,6 @@
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
-use std::sync::OnceLock;
 
 /// The distribution of an isotropic surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,42 +106,4 @@ impl Ggx {
         let h = cap + stretched;
         Vec3::new(self.alpha * h.x, self.alpha * h.y, h.z.max(1e-9)).normalize()
     }
-
-    /// The directional albedo without Fresnel at the cosine `cos`: what single scattering keeps. To 0.003, from a
-    /// table that the first call computes.
-    pub fn albedo(&self, cos: f32) -> f32 {
-        static TABLE: OnceLock<Box<[[f32; TABLE_SIZE]; TABLE_SIZE]>> = OnceLock::new();
-        let table = TABLE.get_or_init(albedo_table);
-        let cell = |x: f32| {
-            let x = x.clamp(0.0, 1.0) * (TABLE_SIZE - 1) as f32;
-            let i = (x as usize).min(TABLE_SIZE - 2);
-            (i, x - i as f32)
-        };
-        let ((i, s), (j, t)) = (cell(self.alpha), cell(cos));
-        let row = |i: usize| table[i][j] * (1.0 - t) + table[i][j + 1] * t;
-        row(i) * (1.0 - s) + row(i + 1) * s
-    }
-}
-
-/// Nodes of the albedo table in roughness and in the cosine.
-const TABLE_SIZE: usize = 24;
-
-/// The mean sampling weight over a lattice, at each node.
-fn albedo_table() -> Box<[[f32; TABLE_SIZE]; TABLE_SIZE]> {
-    const SAMPLES: u32 = 256;
-    let node = |i: usize| (i as f32 / (TABLE_SIZE - 1) as f32).max(1e-3);
-    let mut table = Box::new([[0.0; TABLE_SIZE]; TABLE_SIZE]);
-    for (i, row) in table.iter_mut().enumerate() {
-        for (j, value) in row.iter_mut().enumerate() {
-            let (ggx, cos) = (Ggx { alpha: node(i) }, node(j));
-            let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-            let weight = |k: u32| {
-                // A rank-1 lattice of Fibonacci's: 256 points at the golden ratio.
-                let u = [(k as f32 * 0.618_034).fract(), (k as f32 + 0.5) / SAMPLES as f32];
-                ggx.sample(wo, u).weight
-            };
-            *value = (0..SAMPLES).map(weight).sum::<f32>() / SAMPLES as f32;
-        }
-    }
-    table
 }

@@ -8,6 +8,7 @@ pub mod conductor;
 pub mod cosine_power;
 pub mod dielectric;
 pub mod diffuse;
+pub mod energy;
 pub mod fresnel;
 pub mod microfacet;
 pub mod mirror;

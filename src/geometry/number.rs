@@ -101,7 +101,9 @@ impl<'a> Cursor<'a> {
     /// What [`float`](Self::float) leaves to the standard library.
     #[cold]
     fn hard_float(&mut self) -> Option<f64> {
+        // A backslash may join the next line.
         let word = self.word();
+        let word = word.strip_suffix(b"\\").unwrap_or(word);
         let value = std::str::from_utf8(word).ok()?.parse().ok()?;
         self.at += word.len();
         Some(value)

@@ -108,3 +108,108 @@ fn inverse_transpose_direction(m: DMat3) -> DMat3 {
         DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     if m.determinant() < 0.0 { -cofactors } else { cofactors }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::tessellate;
+    use glam::DQuat;
+
+    fn sphere() -> MeshSource {
+        tessellate::sphere_mesh(DVec3::ZERO, 1.0, 32)
+    }
+
+    /// Whether each triangle's front and each normal point away from `center`.
+    fn points_outward(mesh: &TriangleMesh, center: Vec3) -> bool {
+        let front = (0..mesh.triangle_count() as u32).all(|i| {
+            let [a, b, c] = mesh.triangle(i);
+            (b - a).cross(c - a).dot(a - center) > 0.0
+        });
+        front && mesh.positions().iter().zip(mesh.normals()).all(|(p, n)| n.dot(*p - center) > 0.0)
+    }
+
+    #[test]
+    fn outside_stays_outside_in_a_mirror() {
+        let center = DVec3::new(3.0, -2.0, 1.0);
+        for scale in [
+            DVec3::ONE,
+            DVec3::new(-1.0, 2.0, 0.5),
+            DVec3::new(-1.0, -2.0, 3.0),
+            DVec3::new(-0.1, -10.0, -1.0),
+        ] {
+            let turn = DQuat::from_rotation_z(0.4) * DQuat::from_rotation_x(2.0);
+            let transform = DAffine3::from_scale_rotation_translation(scale, turn, center);
+            let (mesh, dropped) = sphere().to_mesh(&transform).unwrap();
+            assert_eq!(dropped, Dropped::default());
+            assert!(points_outward(&mesh, center.as_vec3()), "{scale}");
+        }
+    }
+
+    #[test]
+    fn normals_go_by_the_inverse_transpose() {
+        // A sphere squeezed by 2 in x is the ellipsoid 4 x^2 + y^2 + z^2 = 1 with the gradient (4 x, y, z).
+        for size in [1e-200, 1.0, 1e200] {
+            let squeeze = DMat3::from_diagonal(size * DVec3::new(0.5, 1.0, 1.0));
+            let matrix = inverse_transpose_direction(squeeze);
+            for n in sphere().normals {
+                let n = n.as_dvec3();
+                let expected = (DVec3::new(2.0, 1.0, 1.0) * n).normalize();
+                assert!(((matrix * n).normalize() - expected).length() < 1e-12, "{size}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_transform_that_flattens_drops_all_triangles() {
+        for scale in [DVec3::ZERO, DVec3::X] {
+            let (mesh, dropped) = sphere().to_mesh(&DAffine3::from_scale(scale)).unwrap();
+            assert_eq!(mesh.triangle_count(), 0);
+            assert_eq!(dropped, Dropped { zero_area: sphere().indices.len(), too_small: 0 });
+        }
+    }
+
+    #[test]
+    fn dropped_triangles_are_counted_by_their_reason() {
+        let mut mesh = tessellate::rectangle(DVec3::ONE, DVec3::X, DVec3::Y);
+        mesh.indices.extend([[0, 1, 1], [2, 2, 2]]);
+        // Far from the origin of f32, the smallest triangles lose their area.
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend([DVec3::ONE, DVec3::ONE + 1e-9 * DVec3::X, DVec3::ONE + 1e-9 * DVec3::Y]);
+        mesh.uvs.extend([Vec2::ZERO; 3]);
+        mesh.indices.push([first, first + 1, first + 2]);
+        let (kept, dropped) = mesh.to_mesh(&DAffine3::IDENTITY).unwrap();
+        assert_eq!((kept.triangle_count(), dropped), (2, Dropped { zero_area: 2, too_small: 1 }));
+        assert_eq!(dropped.total(), 3);
+    }
+
+    #[test]
+    fn wrong_meshes_are_errors_not_panics() {
+        let mut stray = sphere();
+        stray.indices[7] = [0, 1, 1_000_000];
+        let count = stray.positions.len();
+        let expected = MeshError::IndexOutOfRange { triangle: 7, vertex: 1_000_000, count };
+        assert_eq!(stray.to_mesh(&DAffine3::IDENTITY).unwrap_err(), expected);
+        assert!(stray.bounds_f64(&DAffine3::IDENTITY).1.max_element() <= 1.0);
+
+        // What no f32 can hold is not finite.
+        let huge = sphere().to_mesh(&DAffine3::from_scale(DVec3::splat(1e39))).unwrap_err();
+        assert!(matches!(huge, MeshError::NotFinite { what: "position", .. }), "{huge}");
+        let mut normals = sphere();
+        normals.normals[3] = Vec3::NAN;
+        let expected = MeshError::NotFinite { vertex: 3, what: "normal" };
+        assert_eq!(normals.to_mesh(&DAffine3::IDENTITY).unwrap_err(), expected);
+    }
+
+    #[test]
+    fn bounds_are_those_of_the_moved_triangles() {
+        let mut mesh = tessellate::box_(DVec3::ZERO, DVec3::ONE);
+        mesh.positions.push(DVec3::splat(1e9));
+        let turn = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_4);
+        let (min, max) = mesh.bounds_f64(&(DAffine3::from_translation(1e7 * DVec3::X) * turn));
+        let half = 0.5_f64.sqrt();
+        assert!((min - DVec3::new(1e7 - half, 0.0, 0.0)).length() < 1e-8, "{min}");
+        assert!((max - DVec3::new(1e7 + half, 2.0 * half, 1.0)).length() < 1e-8, "{max}");
+        let (min, max) = MeshSource::default().bounds_f64(&turn);
+        assert!(min.cmpgt(max).all());
+    }
+}

@@ -161,3 +161,115 @@ impl MeshSource {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DAffine3;
+    use std::collections::HashMap;
+
+    const CENTER: DVec3 = DVec3::new(0.1, -0.7, 1e5);
+    const AXIS: DVec3 = DVec3::new(0.3, -2.0, 0.9);
+
+    fn closed_shapes() -> [MeshSource; 4] {
+        [
+            box_(CENTER, CENTER + DVec3::new(-1.0, 2.0, 3.0)),
+            cylinder(CENTER, AXIS, 0.3, true, 17),
+            sphere_mesh(CENTER, 0.3, 17),
+            sphere_mesh(CENTER, 0.3, 0),
+        ]
+    }
+
+    /// Six times the volume within the triangles, and twice their area.
+    fn volume_and_area(mesh: &MeshSource) -> (f64, f64) {
+        mesh.indices.iter().fold((0.0, 0.0), |(volume, area), triangle| {
+            let [a, b, c] = triangle.map(|v| mesh.positions[v as usize] - CENTER);
+            (volume + a.dot(b.cross(c)), area + (b - a).cross(c - a).length())
+        })
+    }
+
+    #[test]
+    fn closed_shapes_use_each_edge_of_places_once_in_each_direction() {
+        for mesh in closed_shapes() {
+            let mut edges: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
+            let place = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
+            for &[a, b, c] in &mesh.indices {
+                for [from, to] in [[a, b], [b, c], [c, a]] {
+                    *edges.entry([place(from), place(to)]).or_default() += 1;
+                }
+            }
+            for ([from, to], uses) in &edges {
+                assert_eq!((*uses, edges.get(&[*to, *from])), (1, Some(&1)));
+            }
+        }
+    }
+
+    #[test]
+    fn volumes_and_areas_approach_those_of_the_shapes() {
+        let (radius, height) = (0.3, AXIS.length());
+        let disk_area = PI * radius * radius;
+        let solids = [
+            (box_(CENTER, CENTER + DVec3::new(-1.0, 2.0, 3.0)), 6.0, 22.0),
+            (
+                cylinder(CENTER, AXIS, radius, true, 1000),
+                disk_area * height,
+                2.0 * disk_area + TAU * radius * height,
+            ),
+            (sphere_mesh(CENTER, radius, 1000), 4.0 / 3.0 * disk_area * radius, 4.0 * disk_area),
+        ];
+        for (mesh, volume, area) in solids {
+            let (found_volume, found_area) = volume_and_area(&mesh);
+            assert!((found_volume / 6.0 / volume - 1.0).abs() < 2e-5, "{found_volume}");
+            assert!((found_area / 2.0 / area - 1.0).abs() < 2e-5, "{found_area}");
+        }
+        let side = cylinder(CENTER, AXIS, radius, false, 1000);
+        assert!((volume_and_area(&side).1 / 2.0 / (TAU * radius * height) - 1.0).abs() < 2e-5);
+        assert!((volume_and_area(&disk(CENTER, AXIS, radius, 1000)).1 / 2.0 / disk_area - 1.0).abs() < 2e-5);
+        assert!((volume_and_area(&plane(CENTER, AXIS, 3.0)).1 / 2.0 / 36.0 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn flat_shapes_face_the_given_way() {
+        let shapes = [
+            (rectangle(CENTER, DVec3::X, DVec3::Y), DVec3::Z),
+            (plane(CENTER, AXIS, 2.0), AXIS),
+            (disk(CENTER, AXIS, 2.0, 5), AXIS),
+        ];
+        for (mesh, normal) in shapes {
+            for triangle in &mesh.indices {
+                let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
+                let found = (b - a).cross(c - a).normalize();
+                assert!((found - normal.normalize()).length() < 1e-9, "{found}");
+            }
+            assert_eq!(mesh.uvs.len(), mesh.positions.len());
+        }
+    }
+
+    #[test]
+    fn round_shapes_have_the_normals_of_the_true_surface() {
+        let sphere = sphere_mesh(DVec3::ZERO, 0.3, 17);
+        for (p, n) in sphere.positions.iter().zip(&sphere.normals) {
+            assert!((n.as_dvec3() - *p / 0.3).length() < 1e-6);
+        }
+        let tube = cylinder(DVec3::ZERO, 2.0 * DVec3::Y, 0.3, true, 9);
+        assert_eq!(tube.normals.len(), tube.positions.len());
+        for triangle in &tube.indices {
+            let [a, b, c] = triangle.map(|v| tube.positions[v as usize]);
+            let flat = (b - a).cross(c - a).normalize();
+            for v in triangle.map(|v| v as usize) {
+                let (p, n) = (tube.positions[v], tube.normals[v].as_dvec3());
+                let expected =
+                    if flat.y.abs() > 0.5 { flat } else { (p * DVec3::new(1.0, 0.0, 1.0)).normalize() };
+                assert!((n - expected).length() < 1e-6, "{p}: {n} and {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn shapes_have_no_triangle_to_drop() {
+        let to_origin = DAffine3::from_translation(-CENTER);
+        for mesh in closed_shapes() {
+            assert_eq!(mesh.to_mesh(&to_origin).unwrap().1.total(), 0);
+        }
+    }
+}

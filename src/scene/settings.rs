@@ -139,6 +139,8 @@ impl Default for Settings {
 
 impl std::fmt::Display for Settings {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(toml::to_string(self).map_err(|_| std::fmt::Error)?.trim_end())
+        let table = toml::Table::try_from(self).map_err(|_| std::fmt::Error)?;
+        let lines: Vec<String> = table.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        f.write_str(&lines.join("\n"))
     }
 }

@@ -8,6 +8,7 @@
 mod device;
 mod ffi;
 mod packet;
+mod polish;
 mod query;
 mod scene;
 mod single;
@@ -108,7 +109,7 @@ impl Embree {
         Ok(Self { scene, mode: options.embree_mode, skip: options.skip, info })
     }
 
-    fn intersect_chunk(&self, call: Call, query: &mut Query, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn intersect_chunk(&self, call: Call, query: &mut Query<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
         match call {
             Call::Single => single::intersect(&self.scene, query, rays, hits),
             Call::Packet4 => packet::intersect::<4>(&self.scene, query, rays, hits),
@@ -123,7 +124,7 @@ impl Embree {
         }
     }
 
-    fn occluded_chunk(&self, call: Call, query: &mut Query, rays: &[Ray], occluded: &mut [bool]) {
+    fn occluded_chunk(&self, call: Call, query: &mut Query<'_>, rays: &[Ray], occluded: &mut [bool]) {
         match call {
             Call::Single => single::occluded(&self.scene, query, rays, occluded),
             Call::Packet4 => packet::occluded::<4>(&self.scene, query, rays, occluded),
@@ -142,9 +143,7 @@ impl Accelerator for Embree {
         let mut query = Query::all(coherence);
         for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
             self.intersect_chunk(call, &mut query, rays, hits);
-            if self.skip == SkipSupport::Any {
-                single::settle_hits(&self.scene, rays, hits);
-            }
+            self.scene.settle_hits(rays, hits);
         }
     }
 
@@ -155,7 +154,7 @@ impl Accelerator for Embree {
         for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
             self.occluded_chunk(call, &mut query, rays, occluded);
             if self.skip == SkipSupport::Any {
-                single::settle_occluded(&self.scene, rays, occluded);
+                self.scene.settle_occluded(rays, occluded);
             }
         }
     }

@@ -120,7 +120,7 @@ impl<const N: usize> Packet<N> {
 /// Closest hits by packets of `N`.
 pub(super) fn intersect<const N: usize>(
     scene: &Scene,
-    query: &mut Query,
+    query: &mut Query<'_>,
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) where
@@ -134,8 +134,12 @@ pub(super) fn intersect<const N: usize>(
 }
 
 /// Any hit by packets of `N`.
-pub(super) fn occluded<const N: usize>(scene: &Scene, query: &mut Query, rays: &[Ray], occluded: &mut [bool])
-where
+pub(super) fn occluded<const N: usize>(
+    scene: &Scene,
+    query: &mut Query<'_>,
+    rays: &[Ray],
+    occluded: &mut [bool],
+) where
     Scene: PacketCalls<N>,
 {
     for (rays, occluded) in rays.chunks(N).zip(occluded.chunks_mut(N)) {

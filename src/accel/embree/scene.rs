@@ -3,7 +3,7 @@
 use super::device::Device;
 use super::ffi;
 use super::query::FILTER_FLAG;
-use crate::accel::{AccelError, BuildOptions, Quality, SkipSupport};
+use crate::accel::{AccelError, BuildOptions, Quality};
 use crate::geometry::{Shape, Sphere, TriangleMesh};
 use glam::Vec3;
 use std::ffi::c_void;
@@ -15,7 +15,7 @@ pub(super) struct Scene {
     /// Released after the scene.
     device: Device,
     /// Embree reads the buffers of the meshes and spheres in place, and these `Arc`s keep them.
-    _shapes: Vec<Shape>,
+    shapes: Vec<Shape>,
 }
 
 // SAFETY: Embree's scenes may be used and released from any thread; the shapes are `Send + Sync`.
@@ -40,7 +40,7 @@ impl Scene {
             device.check("creating the scene")?;
             return Err(AccelError::Embree { during: "creating the scene", message: "no scene".into() });
         };
-        let scene = Self { handle, device, _shapes: shapes.to_vec() };
+        let scene = Self { handle, device, shapes: shapes.to_vec() };
         let quality = build_quality(options.quality);
         // SAFETY: the scene is alive and not committed yet.
         unsafe {
@@ -61,6 +61,11 @@ impl Scene {
     /// For queries: Embree's calls take the handle as mutable, and do not change a committed scene.
     pub(super) fn as_ptr(&self) -> ffi::RTCScene {
         self.handle.as_ptr()
+    }
+
+    /// By `geom_id`.
+    pub(super) fn shapes(&self) -> &[Shape] {
+        &self.shapes
     }
 
     pub(super) fn device(&self) -> &Device {
@@ -92,7 +97,7 @@ fn scene_flags(options: &BuildOptions) -> ffi::RTCSceneFlags {
     [
         (options.robust, ffi::RTCSceneFlags::RTC_SCENE_FLAG_ROBUST),
         (options.compact, ffi::RTCSceneFlags::RTC_SCENE_FLAG_COMPACT),
-        (options.skip == SkipSupport::Any, FILTER_FLAG),
+        (true, FILTER_FLAG),
     ]
     .into_iter()
     .filter(|&(wanted, _)| wanted)

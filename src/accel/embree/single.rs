@@ -1,9 +1,9 @@
-//! One ray a call, and the rays that a skip rule makes special.
+//! One ray a call.
 
 use super::ffi;
 use super::query::Query;
 use super::scene::Scene;
-use crate::core::{Hit, Ray, Skip};
+use crate::core::{Hit, Ray};
 
 /// The ray in Embree's struct; its end is not after its start where it is inactive.
 #[inline]
@@ -61,21 +61,22 @@ pub(super) fn hit(answer: &ffi::RTCRayHit) -> Option<Hit> {
 }
 
 /// Closest hits, ray by ray.
-pub(super) fn intersect(scene: &Scene, query: &mut Query, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub(super) fn intersect(scene: &Scene, query: &mut Query<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     for (ray, hit) in rays.iter().zip(hits) {
         *hit = intersect_one(scene, query, ray);
     }
 }
 
 /// Any hit, ray by ray.
-pub(super) fn occluded(scene: &Scene, query: &mut Query, rays: &[Ray], occluded: &mut [bool]) {
+pub(super) fn occluded(scene: &Scene, query: &mut Query<'_>, rays: &[Ray], occluded: &mut [bool]) {
     for (ray, occluded) in rays.iter().zip(occluded) {
         *occluded = occluded_one(scene, query, ray);
     }
 }
 
+/// Closest hit of one ray.
 #[inline]
-fn intersect_one(scene: &Scene, query: &mut Query, ray: &Ray) -> Option<Hit> {
+pub(super) fn intersect_one(scene: &Scene, query: &mut Query<'_>, ray: &Ray) -> Option<Hit> {
     if !ray.is_active() {
         return None;
     }
@@ -84,33 +85,13 @@ fn intersect_one(scene: &Scene, query: &mut Query, ray: &Ray) -> Option<Hit> {
     hit(&answer)
 }
 
+/// Any hit of one ray.
 #[inline]
-fn occluded_one(scene: &Scene, query: &mut Query, ray: &Ray) -> bool {
+pub(super) fn occluded_one(scene: &Scene, query: &mut Query<'_>, ray: &Ray) -> bool {
     if !ray.is_active() {
         return false;
     }
     let mut answer = rtc_ray(ray);
     scene.occluded1(query, &mut answer);
     answer.tfar == f32::NEG_INFINITY
-}
-
-/// Asks again, with a filter, for each ray whose hit its own rule rejects.
-///
-/// A ray that starts at an error-bounded offset from the primitive that it skips nearly never hits it, so the
-/// answers without a filter are nearly all final and cost nothing more.
-pub(super) fn settle_hits(scene: &Scene, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    for (ray, hit) in rays.iter().zip(hits) {
-        if hit.is_some_and(|hit| ray.skip.rejects(hit.geom_id, hit.prim_id)) {
-            *hit = intersect_one(scene, &mut Query::skipping(ray.skip), ray);
-        }
-    }
-}
-
-/// Asks again, with a filter, for each occluded ray that carries a rule: an any-hit answer does not say what was hit.
-pub(super) fn settle_occluded(scene: &Scene, rays: &[Ray], occluded: &mut [bool]) {
-    for (ray, occluded) in rays.iter().zip(occluded) {
-        if *occluded && ray.skip != Skip::None {
-            *occluded = occluded_one(scene, &mut Query::skipping(ray.skip), ray);
-        }
-    }
 }

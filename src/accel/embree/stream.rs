@@ -10,7 +10,12 @@ use crate::core::{Hit, Ray};
 use std::mem::MaybeUninit;
 
 /// At most [`CHUNK`] closest hits, by a stream of packets of 8: the fastest call for coherent rays.
-pub(super) fn intersect_coherent(scene: &Scene, query: &mut Query, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub(super) fn intersect_coherent(
+    scene: &Scene,
+    query: &mut Query<'_>,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) {
     let mut buffer = [const { MaybeUninit::uninit() }; CHUNK / 8];
     let packets = fill(&mut buffer, rays.chunks(8).map(|rays| Packet::load(rays).0));
     scene.intersect_packet_stream(query, packets);
@@ -20,7 +25,7 @@ pub(super) fn intersect_coherent(scene: &Scene, query: &mut Query, rays: &[Ray],
 }
 
 /// At most [`CHUNK`] closest hits, by a stream of single rays.
-pub(super) fn intersect(scene: &Scene, query: &mut Query, rays: &[Ray], hits: &mut [Option<Hit>]) {
+pub(super) fn intersect(scene: &Scene, query: &mut Query<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
     let mut buffer = [const { MaybeUninit::uninit() }; CHUNK];
     let answers = fill(&mut buffer, rays.iter().map(rtc_ray_hit));
     scene.intersect_stream(query, answers);
@@ -30,7 +35,7 @@ pub(super) fn intersect(scene: &Scene, query: &mut Query, rays: &[Ray], hits: &m
 }
 
 /// Any hit of at most [`CHUNK`] rays, by a stream of single rays, which Embree bins by octant.
-pub(super) fn occluded(scene: &Scene, query: &mut Query, rays: &[Ray], occluded: &mut [bool]) {
+pub(super) fn occluded(scene: &Scene, query: &mut Query<'_>, rays: &[Ray], occluded: &mut [bool]) {
     let mut buffer = [const { MaybeUninit::<ffi::RTCRay>::uninit() }; CHUNK];
     let answers = fill(&mut buffer, rays.iter().map(rtc_ray));
     scene.occluded_stream(query, answers);

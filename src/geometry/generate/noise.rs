@@ -2,15 +2,16 @@
 
 use glam::DVec3;
 
-/// A whole number from lattice coordinates and a seed, each of whose bits depends on all of theirs (the finaliser
-/// of SplitMix64: Steele, Lea, Flood 2014).
-fn hash(cell: [i64; 3], seed: u64) -> u64 {
-    cell.iter().fold(seed, |state, &x| {
-        let mut z = (state ^ x as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    })
+/// Odd numbers that set the steps along the axes apart (fractional parts of square roots).
+const STEPS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xbb67_ae85_84ca_a73b, 0x3c6e_f372_fe94_f82b];
+
+/// A whole number, each of whose bits depends on all of the given one's (the finaliser of SplitMix64: Steele, Lea,
+/// Flood 2014).
+#[inline]
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// Twelve directions to the edges of a cube (Perlin 2002, "Improving noise"), four of them twice.
@@ -40,15 +41,21 @@ const DIRECTIONS: [DVec3; 16] = {
 fn gradient_noise(p: DVec3, seed: u64) -> (f64, DVec3) {
     let cell = p.floor();
     let f = p - cell;
+    let [x, y, z] = cell.to_array().map(|x| x as i64 as u64);
+    let [dx, dy, dz] = STEPS;
+    let home = mix(seed)
+        .wrapping_add(x.wrapping_mul(dx))
+        .wrapping_add(y.wrapping_mul(dy))
+        .wrapping_add(z.wrapping_mul(dz));
     // The quintic fade and its derivative, per axis, for the lower and the upper corner of the cell.
     let fade = f * f * f * (f * (6.0 * f - 15.0) + 10.0);
     let slope = 30.0 * f * f * (f - 1.0) * (f - 1.0);
     let (mut value, mut gradient) = (0.0, DVec3::ZERO);
-    for corner in 0..8_u8 {
-        let bits = [corner & 1, corner >> 1 & 1, corner >> 2].map(f64::from);
-        let offset = DVec3::from_array(bits);
-        let lattice = (cell + offset).to_array().map(|x| x as i64);
-        let direction = DIRECTIONS[(hash(lattice, seed) >> 60) as usize];
+    for corner in 0..8_u64 {
+        let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let offset = DVec3::from_array(bits.map(|bit| bit as f64));
+        let lattice = (0..3).fold(home, |sum, axis| sum.wrapping_add(bits[axis].wrapping_mul(STEPS[axis])));
+        let direction = DIRECTIONS[(mix(lattice) >> 60) as usize];
         let ramp = direction.dot(f - offset);
         let weight = DVec3::select(offset.cmpeq(DVec3::ONE), fade, 1.0 - fade);
         let rise = (2.0 * offset - 1.0) * slope;

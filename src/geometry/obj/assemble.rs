@@ -153,3 +153,34 @@ fn groups(chunks: &[Chunk]) -> (Vec<Group>, Vec<String>) {
     }
     (groups, libraries)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_line_of_a_stray_corner_is_found_in_any_chunk() {
+        let text =
+            b"v 0 0 0\n\nf 1 1 1\nf -1 \\\n-1 -1\n# a comment\no name\n\nf 1 1 1 1\nf 1 1 1 1 9\nf 1 1 1\n";
+        for size in 1..text.len() + 2 {
+            assert_eq!(parse(text, size).unwrap_err().at, Place::Line(10), "{size}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_size_of_the_chunks_changes_nothing(
+            lines in prop::collection::vec(prop::sample::select(&[
+                "v 1 2 3", "v 4 5 6 0.5", "v 7 8 9 0.1 0.2 0.3", "vt 0.5", "vt 0.25 0.75", "vn 0 0 1", "vn 0 1 0 ",
+                "f 1 2 3", "f -1 -2 -3 -4", "f 1/1/1 2/2/2 3/1/2", "f -1//-1 -2//-1 \\\n-3//-2", "f 2/1 1/1 3/2", "",
+                "f 1 1 \\\r\n 2\r", "o a", "g b", "usemtl m", "usemtl", "mtllib x.mtl", "# comment \\", "s 1", "l 1 2", "f 9 9 9",
+            ][..]), 0..60),
+            size in 1_usize..200,
+        ) {
+            let start = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 1\nvn 1 0 0\nvn 0 1 0\n";
+            let text = format!("{start}{}", lines.join("\n"));
+            prop_assert_eq!(parse(text.as_bytes(), size), parse(text.as_bytes(), usize::MAX));
+        }
+    }
+}

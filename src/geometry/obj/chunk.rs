@@ -73,13 +73,12 @@ pub(super) fn parse(bytes: &[u8], (start, end): (usize, usize)) -> Result<Chunk<
     let mut polygon = Vec::new();
     while cursor.at < end {
         cursor.skip_blanks();
-        let line = cursor.at;
-        let word = &cursor.bytes[line..(line + 3).min(end)];
-        match word {
-            [b'v', b' ' | b'\t', ..] => chunk.position(&mut cursor)?,
-            [b'v', b'n', b' ' | b'\t'] => chunk.normal(&mut cursor)?,
-            [b'v', b't', b' ' | b'\t'] => chunk.uv(&mut cursor)?,
-            [b'f', b' ' | b'\t', ..] => chunk.face(&mut cursor, &mut polygon)?,
+        let blank = |i: usize| cursor.bytes.get(cursor.at + i).is_none_or(u8::is_ascii_whitespace);
+        match cursor.bytes[cursor.at.min(end)..] {
+            [b'v', ..] if blank(1) => chunk.position(&mut cursor)?,
+            [b'v', b'n', ..] if blank(2) => chunk.normal(&mut cursor)?,
+            [b'v', b't', ..] if blank(2) => chunk.uv(&mut cursor)?,
+            [b'f', ..] if blank(1) => chunk.face(&mut cursor, &mut polygon)?,
             [b'o' | b'g' | b'u' | b'm', ..] => chunk.mark(&cursor),
             _ => {}
         }
@@ -102,6 +101,31 @@ fn line_fault(cursor: &Cursor, expected: &'static str) -> Fault {
         word => format!("{} is there", excerpt(word)),
     };
     Fault::new(Place::Byte(cursor.at), format!("{found} where a number is due"), expected)
+}
+
+/// An index that counts from 1, or from the last of so many backwards; `None`, and no move, if there is none.
+#[inline]
+fn index(cursor: &mut Cursor, count: usize) -> Option<(i32, bool)> {
+    let start = cursor.at;
+    let number = cursor.integer()?;
+    let (index, relative) = if number > 0 { (number - 1, false) } else { (count as i64 + number, true) };
+    match i32::try_from(index) {
+        Ok(index) if number != 0 && index != NONE => Some((index, relative)),
+        _ => {
+            cursor.at = start;
+            None
+        }
+    }
+}
+
+/// The fault of a corner, with the cursor where the trouble is.
+#[cold]
+fn corner_fault(cursor: &Cursor) -> Fault {
+    let mut ahead = *cursor;
+    match ahead.integer() {
+        Some(number) => Fault::new(Place::Byte(cursor.at), format!("a corner names number {number}"), CORNER),
+        None => line_fault(cursor, CORNER),
+    }
 }
 
 /// The numbers of a line after its keyword (of `keyword` bytes), and how many they are; those beyond `N` are
@@ -179,7 +203,7 @@ impl<'a> Chunk<'a> {
             if at_end(cursor) {
                 break;
             }
-            polygon.push(self.corner(cursor)?);
+            polygon.push(self.corner(cursor).ok_or_else(|| corner_fault(cursor))?);
         }
         // A fan is right for convex polygons. A point or a line becomes a triangle without area, so that it is
         // counted when those are dropped.
@@ -192,40 +216,24 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; `None`, with the cursor where the trouble is, if it is something else.
     #[inline]
-    fn corner(&self, cursor: &mut Cursor) -> Result<Corner, Fault> {
+    fn corner(&self, cursor: &mut Cursor) -> Option<Corner> {
         let mut corner = [(NONE, false); 3];
-        corner[V] = self.index(cursor, self.positions.len())?;
+        corner[V] = index(cursor, self.positions.len())?;
         if cursor.peek() == b'/' {
             cursor.at += 1;
             if cursor.peek() != b'/' {
-                corner[VT] = self.index(cursor, self.uvs.len())?;
+                corner[VT] = index(cursor, self.uvs.len())?;
             }
             if cursor.peek() == b'/' {
                 cursor.at += 1;
-                corner[VN] = self.index(cursor, self.normals.len())?;
+                corner[VN] = index(cursor, self.normals.len())?;
             }
         }
-        match cursor.peek() {
-            byte if byte.is_ascii_whitespace() => Ok(corner),
-            _ => Err(line_fault(cursor, CORNER)),
-        }
-    }
-
-    /// An index that counts from 1, or from the last of so many backwards.
-    #[inline]
-    fn index(&self, cursor: &mut Cursor, count: usize) -> Result<(i32, bool), Fault> {
-        let start = cursor.at;
-        let number = cursor.integer().ok_or_else(|| line_fault(cursor, CORNER))?;
-        let (index, relative) = match number {
-            1.. => (number - 1, false),
-            _ => (count as i64 + number, true),
-        };
-        match i32::try_from(index) {
-            Ok(index) if number != 0 && index != NONE => Ok((index, relative)),
-            _ => Err(Fault::new(Place::Byte(start), format!("a corner names number {number}"), CORNER)),
-        }
+        // What follows a backslash is seen to where the next corner is due.
+        let ends = cursor.peek().is_ascii_whitespace() || matches!(cursor.peek(), b'\\' | b'#');
+        ends.then_some(corner)
     }
 
     #[inline]

@@ -132,13 +132,18 @@ impl LightBounds {
         let cos_axis = if self.both_sides { cos_axis.abs() } else { cos_axis };
         let sin_axis = sin_of(cos_axis);
         let cos_out = cos_difference(sin_axis, cos_axis, sin_of(self.cos_spread), self.cos_spread);
-        let cos_out = cos_difference(sin_of(cos_out), cos_out, sin_box, cos_box);
-        if cos_out <= 0.0 {
+        let greatest_out = cos_difference(sin_of(cos_out), cos_out, sin_box, cos_box);
+        if greatest_out <= 0.0 {
             return 0.0;
         }
         let cos_in = (to.n.dot(way) * inverse).clamp(-1.0, 1.0);
-        let cos_in = cos_difference(sin_of(cos_in), cos_in, sin_box, cos_box).max(LEAST_COSINE);
-        (self.intensity * cos_out * cos_in / squared).min(1e30)
+        let greatest_in = cos_difference(sin_of(cos_in), cos_in, sin_box, cos_box);
+
+        // Halfway from what the middle of the box gives to what any part of it may give: the bounds alone, which keep
+        // every light reachable, hardly tell the children of a near node apart.
+        let out = 0.5 * (greatest_out + cos_out.max(0.0));
+        let into = (0.5 * (greatest_in + cos_in.max(0.0))).max(LEAST_COSINE);
+        (self.intensity * out * into / squared).min(1e30)
     }
 
     /// How much a group of lights costs: intensity times the sizes of the box and of the cone (eq. 1 of the paper,

@@ -4,7 +4,6 @@ use super::spherical_rectangle::SphericalRectangle;
 use super::{EmitterHit, LightSample, Receiver, shadow_end};
 use crate::core::Rgb;
 use glam::{DVec3, Vec3};
-use std::ops::RangeInclusive;
 
 /// A rectangle that emits the same radiance everywhere.
 ///
@@ -30,8 +29,12 @@ pub struct RectangleLight {
 /// by solid angle differ by at most a few parts in ten, and a point is cheaper.
 const FAR: f64 = 10.0;
 
-/// Solid angles that are trusted: outside are rectangles seen edge-on, whose sample would be ill-conditioned.
-const TRUSTED: RangeInclusive<f64> = 1e-6..=6.3;
+/// Least solid angle that is trusted: below are rectangles seen edge-on, whose sample would be ill-conditioned.
+const LEAST_SOLID_ANGLE: f64 = 1e-6;
+
+/// Points nearer to the plane than this fraction of the half diagonal are taken to be so far from it, which is about
+/// the rounding of their coordinates.
+const LEAST_HEIGHT: f64 = 1e-7;
 
 impl RectangleLight {
     /// See [`Light::rectangle`](super::Light::rectangle).
@@ -98,9 +101,9 @@ impl RectangleLight {
         let seen = SphericalRectangle::new(
             [x, x + u.dot(self.axes[0])],
             [y, y + v.dot(self.axes[1])],
-            -height.abs(),
+            -height.abs().max(LEAST_HEIGHT * half_diagonal_squared.sqrt()),
         );
-        TRUSTED.contains(&seen.solid_angle()).then_some(seen)
+        (seen.solid_angle() > LEAST_SOLID_ANGLE).then_some(seen)
     }
 
     /// A direction towards the rectangle.
@@ -112,7 +115,7 @@ impl RectangleLight {
         let (way, solid_angle) = match self.near(p, height) {
             Some(seen) => {
                 let q = seen.sample(u);
-                let way = self.axes[0] * q.x + self.axes[1] * q.y - self.normal * height;
+                let way = self.axes[0] * q.x + self.axes[1] * q.y + self.normal * q.z.copysign(-height);
                 (way, seen.solid_angle())
             }
             None => {

@@ -83,15 +83,14 @@ pub(super) fn build(
 
 fn point(desc: &PointDesc, at: &At<'_>, world: &World) -> Result<Light, SceneError> {
     let position = world.to_unit(at.vector("position", desc.position)?);
-    let intensity = at.rgb("intensity", desc.intensity)?;
     let falloff = desc.falloff == FalloffDesc::InverseSquare;
     // Intensity over the square of the distance is to stay what it is.
     let factor = if falloff { world.scale * world.scale } else { 1.0 };
-    let scaled = intensity.map(|i| (f64::from(i) * factor) as f32);
-    if !position.is_finite() || !scaled.is_finite() {
-        return Err(at.fail("too bright or too far away for the size of the scene"));
+    let intensity = at.key("intensity").scaled(desc.intensity, factor)?;
+    if !position.is_finite() {
+        return Err(at.key("position").fail("too far away for the size of the scene"));
     }
-    Ok(Light::point(position, scaled, falloff, desc.shadows))
+    Ok(Light::point(position, intensity, falloff, desc.shadows))
 }
 
 fn directional(desc: &DirectionalDesc, at: &At<'_>) -> Result<Light, SceneError> {

@@ -94,7 +94,7 @@ pub(super) struct At<'a> {
     path: String,
 }
 
-/// Radiance and the like are cut off here, far below where the sums of a film end.
+/// The brightest radiance: far below where the sums of a film end.
 const BRIGHTEST: f64 = 1e12;
 
 impl At<'_> {
@@ -164,6 +164,11 @@ impl At<'_> {
 
     /// This value itself as a colour or radiance.
     pub(super) fn radiance(&self, value: RgbDesc) -> Result<Rgb, SceneError> {
+        self.scaled(value, 1.0)
+    }
+
+    /// A colour or intensity times a factor, which is what must not be too bright.
+    pub(super) fn scaled(&self, value: RgbDesc, factor: f64) -> Result<Rgb, SceneError> {
         for x in value.to_array() {
             if !x.is_finite() {
                 return Err(self.fail(format!("{x} is not a finite number")));
@@ -171,12 +176,10 @@ impl At<'_> {
             if x < 0.0 {
                 return Err(self.fail(format!("{x} is negative: light and reflectance are not")));
             }
-            if x > BRIGHTEST {
-                return Err(
-                    self.fail(format!("{x:e} is more than {BRIGHTEST:e}, the brightest that can be summed"))
-                );
+            if x * factor > BRIGHTEST {
+                return Err(self.fail(format!("{x:e} is too bright: at most {:e}", BRIGHTEST / factor)));
             }
         }
-        Ok(Rgb::from(value.to_array().map(|x| x as f32)))
+        Ok(Rgb::from(value.to_array().map(|x| (x * factor) as f32)))
     }
 }
