@@ -134,9 +134,6 @@ fn lobes(material: &Material) -> Vec<String> {
         }
         Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
         Specular::CosinePower { exponent, .. } => all.push(format!("glossy, exponent {exponent}")),
-        Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
-        Specular::Plastic { eta, alpha, .. } => all.push(format!("plastic, index {eta}, roughness {alpha}")),
-        Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
     }
     if material.emission.is_some() {
         all.push(if material.emits_both_sides { "emissive on both sides" } else { "emissive" }.to_owned());
