@@ -129,8 +129,8 @@ fn lobes(material: &Material) -> Vec<String> {
         Specular::None => {}
         Specular::Mirror(_) => all.push("mirror".to_owned()),
         Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
-        Specular::Plastic { eta, alpha, .. } => {
-            all.push(format!("plastic, index {eta}, roughness {alpha}"));
+        Specular::Plastic { coat, .. } => {
+            all.push(format!("plastic, index {}, roughness {}", coat.eta(), coat.alpha()));
         }
         Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
         Specular::CosinePower { exponent, .. } => all.push(format!("glossy, exponent {exponent}")),

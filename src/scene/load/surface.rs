@@ -2,7 +2,7 @@
 
 use super::SceneError;
 use super::source::At;
-use crate::bxdf::{ComplexIor, Horizon};
+use crate::bxdf::{Coat, ComplexIor, Horizon};
 use crate::core::Rgb;
 use crate::scene::desc::colour::{CheckerDesc, ColourDesc};
 use crate::scene::desc::material::{ConductorDesc, DielectricDesc, ExponentDesc, MatteDesc, PlasticDesc};
@@ -87,7 +87,10 @@ impl Context<'_> {
             return Err(self.at.key("kd").fail("kd cd is above 1: no base reflects more light than arrives"));
         }
         let alpha = self.roughness(desc.alpha, desc.exponent)?;
-        Ok(Material { specular: Specular::Plastic { base, eta: eta as f32, alpha }, ..black(name) })
+        Ok(Material {
+            specular: Specular::Plastic { base, coat: Coat::new(eta as f32, alpha) },
+            ..black(name)
+        })
     }
 
     /// Glass.
