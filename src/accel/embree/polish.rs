@@ -53,7 +53,7 @@ pub(super) fn judge(shapes: &[Shape], ray: &Ray, found: Hit) -> Verdict {
     };
     let t = point.t as f32;
     let speed = largest(ray.dir);
-    let size = largest(ray.origin) + point.t.abs() * speed;
+    let size = largest(ray.origin).max(point.t.abs() * speed);
     if !(t >= ray.t_min && t <= ray.t_max && point.beside <= EDGE * size) {
         return Verdict::Miss;
     }
