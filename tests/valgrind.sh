@@ -9,4 +9,4 @@ binary=$(cargo test --test embree_boundary --no-run --message-format=json 2>/dev
     | sed -n 's/.*"name":"embree_boundary".*"executable":"\([^"]*\)".*/\1/p')
 [ -n "$binary" ] || { echo "valgrind.sh: the tests do not build" >&2; exit 1; }
 exec valgrind --error-exitcode=1 --leak-check=full --errors-for-leak-kinds=definite \
-    --suppressions=tests/valgrind.supp "$binary" --test-threads=1 "$@"
+    --show-leak-kinds=definite "$binary" --test-threads=1 "$@"
