@@ -12,12 +12,13 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | `compare`, ... | whole jobs made of renders |
+//! | 6 | [`compare`], [`trace`], ... | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
 pub mod bxdf;
 pub mod cli;
+pub mod compare;
 pub mod core;
 pub mod film;
 pub mod geometry;
@@ -25,3 +26,4 @@ pub mod image_io;
 pub mod integrator;
 pub mod render;
 pub mod scene;
+pub mod trace;

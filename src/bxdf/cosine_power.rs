@@ -1,11 +1,22 @@
 //! The glossy lobe: a cosine power about the mirror direction.
+//!
+//! The lobe is `p(wi) = (e + 1) / (2 pi) cos^e(alpha)` on the hemisphere about the mirror direction `r`, alpha the
+//! angle between `wi` and `r`. A part of it lies below the surface; [`Horizon`] says what becomes of that part.
+//! Turning by pi about `r` keeps solid angle and `p`, so a folded sample has exactly the density `m p`, where `m` is
+//! the number of directions (1 or 2) that end at `wi`: that is the density which multiple importance sampling sees.
+//!
+//! Numbers are kept at f32 rounding for e up to [`CosinePower::MAX_EXPONENT`]: samples come from `ln u / (e + 1)`
+//! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
-use super::{Incidence, LobeSample, mirror::reflect};
-use crate::core::{Frame, Rgb};
+use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
+use crate::core::{Frame, Rgb, sampler::hash, special};
 use glam::Vec3;
-use std::f32::consts::TAU;
+use std::f32::consts::{LN_2, TAU};
 
 /// What becomes of a direction that falls below the surface.
+///
+/// `P` is the lobe's mass above the surface, [`mass_above`]; `k` is the reflectance. The furnace value is the
+/// directional albedo, what a surface returns under the radiance 1 from everywhere.
 #[derive(
     Clone,
     Copy,
@@ -20,57 +31,261 @@ use std::f32::consts::TAU;
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum Horizon {
-    /// Turned by pi about the mirror direction: the lecture's.
+    /// Turned by pi about the mirror direction: the lecture's. Furnace: `k`; not reciprocal.
     #[default]
     Fold,
-    /// Turned likewise and weighted by one over the number of directions that end there.
+    /// Turned likewise and weighted by one over the number of directions that end there: the clipped lobe without
+    /// wasted rays. Furnace: `k P`.
     FoldWeighted,
-    /// Black.
+    /// Black: the dark rim. Furnace: `k P`.
     Clip,
-    /// Drawn again.
+    /// Drawn again until it is above: the clipped lobe divided by its mass. Furnace: `k`.
     Reject,
-    /// Lafortune and Willems' reciprocal lobe; black below the surface.
+    /// Lafortune and Willems' reciprocal lobe `f = k (e + 2) / (2 pi) cos^e(alpha)`, black below the surface.
+    /// Furnace: `k E`, see [`modified_phong_albedo`]; it falls with the cosine of incidence.
+    ///
+    /// Source: Lafortune and Willems 1994, *Using the Modified Phong Reflectance Model for Physically Based
+    /// Rendering*.
     ModifiedPhong,
 }
 
-/// A cosine power about the mirror direction `r`.
+/// A cosine power about the mirror direction `r`. Make it with [`Bxdf::cosine_power`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CosinePower {
     /// `kr cr`.
     pub reflectance: Rgb,
-    /// The exponent e, real, at least 0, finite.
+    /// The exponent e, real, at least 0; one above [`MAX_EXPONENT`](Self::MAX_EXPONENT) counts as that.
     pub exponent: f32,
     /// What becomes of directions below the surface.
     pub horizon: Horizon,
 }
 
-impl CosinePower {
-    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        self.reflectance * self.ln_pdf(at, wi).exp()
-    }
-
-    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        let r = reflect(at.wo, at.n);
-        let h = 0.5 * (wi - r).length_squared();
-        if h >= 1.0 || at.ng.dot(wi) <= 0.0 {
-            return f32::NEG_INFINITY;
+impl Bxdf {
+    /// The glossy lobe with exponent `exponent >= 0`; a [`Mirror`] for an exponent that no f32 direction can tell
+    /// from infinity, under every policy.
+    #[inline]
+    pub fn cosine_power(reflectance: Rgb, exponent: f32, horizon: Horizon) -> Self {
+        if exponent > CosinePower::MAX_EXPONENT {
+            Self::Mirror(Mirror { reflectance })
+        } else {
+            Self::CosinePower(CosinePower { reflectance, exponent, horizon })
         }
-        let folded = if at.ng.dot(2.0 * wi.dot(r) * r - wi) < 0.0 { 2.0f32 } else { 1.0 };
-        (folded * (self.exponent + 1.0) / TAU).ln() + self.exponent * (-h).ln_1p()
+    }
+}
+
+/// The lobe's mass above a plane to whose normal its axis has the cosine `cos`: `1 - I(sin^2; (e+1)/2, 1/2) / 2`.
+pub fn mass_above(exponent: f32, cos: f32) -> f32 {
+    let (e, cos) = (f64::from(exponent), f64::from(cos).clamp(0.0, 1.0));
+    // The mass below is less than sin^(e + 1) / 2, of which f32 sees nothing here.
+    if (e + 1.0) * (-cos * cos).ln_1p() < -36.0 {
+        return 1.0;
+    }
+    (1.0 - 0.5 * special::cosine_power_tail(e, cos) / special::wallis(e)) as f32
+}
+
+/// The directional albedo `E` of [`Horizon::ModifiedPhong`] of reflectance 1 at the cosine of incidence `cos`:
+/// `cos P(e + 1) + W(e) sin^(e + 2) / pi`, `P` the mass above and `W` Wallis' integral.
+pub fn modified_phong_albedo(exponent: f32, cos: f32) -> f32 {
+    let (e, cos) = (f64::from(exponent), f64::from(cos).clamp(0.0, 1.0));
+    let above = 1.0 - 0.5 * special::cosine_power_tail(e + 1.0, cos) / special::wallis(e + 1.0);
+    let sin_pow = ((0.5 * e + 1.0) * (-cos * cos).ln_1p()).exp();
+    (cos * above + special::wallis(e) * sin_pow / std::f64::consts::PI) as f32
+}
+
+/// A [`CosinePower`] at one incidence: what all directions drawn and evaluated there share.
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedCosinePower {
+    lobe: CosinePower,
+    /// About the mirror direction.
+    frame: Frame,
+    n: Vec3,
+    ng: Vec3,
+    exponent: f32,
+    /// `(e + 1) / (2 pi)`, divided by the mass above where the policy divides.
+    norm: f32,
+    ln_norm: f32,
+}
+
+/// A direction of the lobe in its two parts; turned by pi about the axis it is `along - across`.
+struct Draw {
+    along: Vec3,
+    across: Vec3,
+    /// `e ln(cos alpha)`.
+    ln_cos_e: f32,
+}
+
+impl CosinePower {
+    /// The largest exponent with a lobe: beyond it the lobe is narrower than the resolution of f32 directions.
+    pub const MAX_EXPONENT: f32 = 1e13;
+
+    /// The lobe at `at`, for many directions.
+    #[inline]
+    pub fn prepare(&self, at: &Incidence) -> PreparedCosinePower {
+        let exponent = self.exponent.min(Self::MAX_EXPONENT);
+        let r = at.mirror_direction();
+        let norm = match self.horizon {
+            Horizon::Reject => (exponent + 1.0) / (TAU * mass_above(exponent, r.dot(at.ng))),
+            _ => (exponent + 1.0) / TAU,
+        };
+        PreparedCosinePower {
+            lobe: *self,
+            frame: Frame::new(r),
+            n: at.n,
+            ng: at.ng,
+            exponent,
+            norm,
+            ln_norm: norm.ln(),
+        }
     }
 
+    #[inline]
+    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
+        self.prepare(at).f_cos(wi)
+    }
+
+    #[inline]
+    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
+        self.prepare(at).ln_pdf(wi)
+    }
+
+    #[inline]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
-        let r = reflect(at.wo, at.n);
-        let l = (1.0 - u[0]).ln() / (self.exponent + 1.0);
-        let (cos, sin) = (l.exp(), (-(2.0 * l).exp_m1()).sqrt());
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
-        let frame = Frame::new(r);
-        let side = sin * cos_phi * frame.s + sin * sin_phi * frame.t;
-        let wi = if at.ng.dot(cos * r + side) < 0.0 { cos * r - side } else { cos * r + side };
-        Some(LobeSample { wi, weight: self.reflectance, ln_pdf: self.ln_pdf(at, wi) })
+        self.prepare(at).sample(u)
     }
 
-    pub(super) fn albedo(&self, _: &Incidence) -> Rgb {
+    pub(super) fn albedo(&self, at: &Incidence) -> Rgb {
+        let exponent = self.exponent.min(Self::MAX_EXPONENT);
         self.reflectance
+            * match self.horizon {
+                Horizon::Fold | Horizon::Reject => 1.0,
+                Horizon::FoldWeighted | Horizon::Clip => {
+                    mass_above(exponent, at.mirror_direction().dot(at.ng))
+                }
+                Horizon::ModifiedPhong => modified_phong_albedo(exponent, at.n.dot(at.wo)),
+            }
+    }
+}
+
+impl PreparedCosinePower {
+    /// See [`Bxdf::f_cos`].
+    #[inline]
+    pub fn f_cos(&self, wi: Vec3) -> Rgb {
+        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return Rgb::BLACK };
+        let p = self.norm * ln_cos_e.exp();
+        self.lobe.reflectance
+            * match self.lobe.horizon {
+                Horizon::Fold => m * p,
+                Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
+                Horizon::ModifiedPhong => self.modified_phong_weight(wi) * p,
+            }
+    }
+
+    /// See [`Bxdf::ln_pdf`].
+    #[inline]
+    pub fn ln_pdf(&self, wi: Vec3) -> f32 {
+        match self.evaluate(wi) {
+            None => f32::NEG_INFINITY,
+            Some((ln_cos_e, m)) => self.ln_density(ln_cos_e, m),
+        }
+    }
+
+    /// See [`Bxdf::sample`].
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> Option<LobeSample> {
+        match self.lobe.horizon {
+            Horizon::Clip => self.unfolded(&self.draw(u)),
+            Horizon::Reject => self.redrawn(u),
+            Horizon::Fold | Horizon::FoldWeighted | Horizon::ModifiedPhong => self.folded(&self.draw(u)),
+        }
+    }
+
+    /// `e ln(cos alpha)` and the number of directions that fold to `wi`; `None` where the lobe is 0.
+    #[inline]
+    fn evaluate(&self, wi: Vec3) -> Option<(f32, f32)> {
+        let r = self.frame.n;
+        let height = self.ng.dot(wi);
+        // 1 - cos alpha from the chord: exact where the cosine is all rounding error.
+        let fall = 0.5 * (wi - r).length_squared();
+        if fall >= 1.0 || height <= 0.0 {
+            return None;
+        }
+        let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
+        Some((self.exponent * (-fall).ln_1p(), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
+    }
+
+    /// The logarithm of the density that [`sample`](Self::sample) has.
+    #[inline]
+    fn ln_density(&self, ln_cos_e: f32, m: f32) -> f32 {
+        let folds = !matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject);
+        self.ln_norm + ln_cos_e + if folds && m == 2.0 { LN_2 } else { 0.0 }
+    }
+
+    /// `f |n . wi| / p` of the reciprocal lobe of reflectance 1.
+    #[inline]
+    fn modified_phong_weight(&self, wi: Vec3) -> f32 {
+        (self.exponent + 2.0) / (self.exponent + 1.0) * self.n.dot(wi).max(0.0)
+    }
+
+    /// A direction of the whole lobe: `cos^(e + 1)` is uniform.
+    #[inline]
+    fn draw(&self, u: [f32; 2]) -> Draw {
+        // 1 - u is in (0, 1], and exact.
+        let ln_cos = (1.0 - u[0]).ln() / (self.exponent + 1.0);
+        let fall = ln_cos.exp_m1();
+        let sin = (-fall * (2.0 + fall)).sqrt();
+        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        Draw {
+            along: self.frame.n + fall * self.frame.n,
+            across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,
+            ln_cos_e: self.exponent * ln_cos,
+        }
+    }
+
+    /// The drawn direction, turned by pi about `r` if it is below the surface.
+    #[inline]
+    fn folded(&self, d: &Draw) -> Option<LobeSample> {
+        let (along, across) = (self.ng.dot(d.along), self.ng.dot(d.across));
+        let wi = d.along + if along + across <= 0.0 { -d.across } else { d.across };
+        let wi = above_horizon(renormalized(wi), self.ng);
+        let m = if along <= across.abs() { 2.0 } else { 1.0 };
+        let weight = match self.lobe.horizon {
+            Horizon::FoldWeighted => 1.0 / m,
+            Horizon::ModifiedPhong => self.modified_phong_weight(wi) / m,
+            _ => 1.0,
+        };
+        (weight > 0.0).then(|| LobeSample {
+            wi,
+            weight: self.lobe.reflectance * weight,
+            ln_pdf: self.ln_density(d.ln_cos_e, m),
+        })
+    }
+
+    /// The drawn direction, if it is above the surface.
+    #[inline]
+    fn unfolded(&self, d: &Draw) -> Option<LobeSample> {
+        let wi = renormalized(d.along + d.across);
+        (self.ng.dot(wi) > 0.0).then(|| LobeSample {
+            wi,
+            weight: self.lobe.reflectance,
+            ln_pdf: self.ln_density(d.ln_cos_e, 1.0),
+        })
+    }
+
+    /// The first direction above the surface among those of `u` and of pairs hashed from `u`.
+    ///
+    /// At least half of the lobe is above, so that the last resort, folding, is taken once in `2^32` samples.
+    #[inline]
+    fn redrawn(&self, u: [f32; 2]) -> Option<LobeSample> {
+        const TRIES: u32 = 32;
+        let key = hash(u[0].to_bits() ^ hash(u[1].to_bits()));
+        let unit = |x: u32| (x >> 8) as f32 * (1.0 / (1 << 24) as f32);
+        let retries = (1..TRIES).map(|i| {
+            let x = hash(key.wrapping_add(i.wrapping_mul(0x9e37_79b9)));
+            [unit(x), unit(hash(x ^ 0x1b56_c4e9))]
+        });
+        std::iter::once(u)
+            .chain(retries)
+            .find_map(|u| self.unfolded(&self.draw(u)))
+            .or_else(|| self.folded(&self.draw(u)))
     }
 }

@@ -1,6 +1,6 @@
 //! Lambert's lobe.
 
-use super::{Incidence, LobeSample};
+use super::{Incidence, LobeSample, renormalized};
 use crate::core::{Frame, Rgb, warp};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
@@ -13,6 +13,7 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
+    #[inline]
     pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
         if at.ng.dot(wi) <= 0.0 {
             return Rgb::BLACK;
@@ -20,13 +21,18 @@ impl Diffuse {
         self.reflectance * (FRAC_1_PI * at.n.dot(wi).max(0.0))
     }
 
+    #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
+        if at.ng.dot(wi) <= 0.0 {
+            return f32::NEG_INFINITY;
+        }
         warp::cosine_hemisphere_pdf(at.n.dot(wi)).ln()
     }
 
+    #[inline]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         let local = warp::cosine_hemisphere(u);
-        let wi = Frame::new(at.n).to_world(local);
+        let wi = renormalized(Frame::new(at.n).to_world(local));
         (local.z > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
             wi,
             weight: self.reflectance,
@@ -34,6 +40,7 @@ impl Diffuse {
         })
     }
 
+    #[inline]
     pub(super) fn albedo(&self, _: &Incidence) -> Rgb {
         self.reflectance
     }

@@ -1,6 +1,6 @@
-//! The perfect mirror.
+//! The perfect mirror, and the mirror direction that every glossy lobe is about.
 
-use super::{Incidence, LobeSample};
+use super::{Incidence, LobeSample, above_horizon, renormalized};
 use crate::core::Rgb;
 use glam::Vec3;
 
@@ -11,25 +11,38 @@ pub struct Mirror {
     pub reflectance: Rgb,
 }
 
-/// The mirror direction `r = -wo + 2 (n . wo) n`.
+/// The mirror direction `r = -wo + 2 (n . wo) n`, of unit length to f32 rounding when `wo` and `n` nearly are, so
+/// that a thousand reflections do not lengthen a ray.
 #[inline]
 pub fn reflect(wo: Vec3, n: Vec3) -> Vec3 {
-    2.0 * n.dot(wo) * n - wo
+    renormalized(2.0 * n.dot(wo) * n - wo)
+}
+
+impl Incidence {
+    /// The mirror direction, above the horizon whatever the rounding.
+    #[inline]
+    pub fn mirror_direction(&self) -> Vec3 {
+        above_horizon(reflect(self.wo, self.n), self.ng)
+    }
 }
 
 impl Mirror {
+    #[inline]
     pub(super) fn f_cos(&self, _: &Incidence, _: Vec3) -> Rgb {
         Rgb::BLACK
     }
 
+    #[inline]
     pub(super) fn ln_pdf(&self, _: &Incidence, _: Vec3) -> f32 {
         f32::NEG_INFINITY
     }
 
+    #[inline]
     pub(super) fn sample(&self, at: &Incidence, _: [f32; 2]) -> Option<LobeSample> {
-        Some(LobeSample { wi: reflect(at.wo, at.n), weight: self.reflectance, ln_pdf: f32::INFINITY })
+        Some(LobeSample { wi: at.mirror_direction(), weight: self.reflectance, ln_pdf: f32::INFINITY })
     }
 
+    #[inline]
     pub(super) fn albedo(&self, _: &Incidence) -> Rgb {
         self.reflectance
     }

@@ -4,15 +4,24 @@
 //! Read [`Bxdf`] first, then [`cosine_power`], the lobe that this project is about. To add a lobe: write its file,
 //! add its variant to [`Bxdf`], and let `tests/bxdf.rs` sweep over it.
 
+pub mod conductor;
 pub mod cosine_power;
+pub mod dielectric;
 pub mod diffuse;
+pub mod energy;
+pub mod fresnel;
+pub mod microfacet;
 pub mod mirror;
+pub mod plastic;
 
-pub use cosine_power::{CosinePower, Horizon};
+pub use conductor::{ComplexIor, Conductor};
+pub use cosine_power::{CosinePower, Horizon, PreparedCosinePower};
+pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
+pub use plastic::{Coat, Plastic};
 
-use crate::core::Rgb;
+use crate::core::{Frame, Rgb};
 use glam::Vec3;
 
 /// A point of a surface as its lobes see it: unit vectors in world space, pointing away from the surface.
@@ -26,6 +35,36 @@ pub struct Incidence {
     pub ng: Vec3,
     /// Whether `wo` is on the outer side of the surface.
     pub front: bool,
+}
+
+impl Incidence {
+    /// `wo` in the shading frame, above the surface whatever the rounding.
+    #[inline]
+    fn local_wo(&self, frame: &Frame) -> Vec3 {
+        let wo = frame.to_local(self.wo);
+        wo.with_z(wo.z.max(microfacet::MIN_COS))
+    }
+
+    /// Whether `wi` is above the planes of both normals.
+    #[inline]
+    fn is_above(&self, wi: Vec3) -> bool {
+        self.n.dot(wi) > 0.0 && self.ng.dot(wi) > 0.0
+    }
+}
+
+/// One step of Newton's towards unit length: exact to f32 rounding for a `v` that is off by less than 1e-4.
+#[inline]
+fn renormalized(v: Vec3) -> Vec3 {
+    v * (1.5 - 0.5 * v.length_squared())
+}
+
+/// The unit vector `wi`, lifted to just above the plane of `ng` if rounding left it on or below.
+#[inline]
+fn above_horizon(wi: Vec3, ng: Vec3) -> Vec3 {
+    /// More than the rounding of the vectors, of their product and of the new length: 5e-7 together.
+    const LIFT: f32 = 1e-6;
+    let height = ng.dot(wi);
+    if height > 0.0 { wi } else { (wi + ng * (LIFT - height)).normalize() }
 }
 
 /// How a lobe is spread, which decides how it is sampled, split and combined with lights.
@@ -59,6 +98,12 @@ pub enum Bxdf {
     Mirror(Mirror),
     /// A cosine power about the mirror direction.
     CosinePower(CosinePower),
+    /// A metal.
+    Conductor(Conductor),
+    /// Glass.
+    Dielectric(Dielectric),
+    /// A rough coat over a diffuse base.
+    Plastic(Plastic),
 }
 
 /// Calls the same method of whichever lobe it is.
@@ -68,6 +113,9 @@ macro_rules! dispatch {
             Bxdf::Diffuse($lobe) => $call,
             Bxdf::Mirror($lobe) => $call,
             Bxdf::CosinePower($lobe) => $call,
+            Bxdf::Conductor($lobe) => $call,
+            Bxdf::Dielectric($lobe) => $call,
+            Bxdf::Plastic($lobe) => $call,
         }
     };
 }
@@ -78,8 +126,9 @@ impl Bxdf {
     pub fn kind(&self) -> LobeKind {
         match self {
             Self::Diffuse(_) => LobeKind::Diffuse,
-            Self::Mirror(_) => LobeKind::Delta,
-            Self::CosinePower(_) => LobeKind::Glossy,
+            Self::Mirror(_) | Self::Dielectric(_) => LobeKind::Delta,
+            Self::CosinePower(_) | Self::Plastic(_) => LobeKind::Glossy,
+            Self::Conductor(lobe) => lobe.kind(),
         }
     }
 
@@ -102,6 +151,22 @@ impl Bxdf {
         dispatch!(self, lobe => lobe.sample(at, u))
     }
 
+    /// Draws one direction for each of `us`: [`sample`](Self::sample), with the work that directions at one point
+    /// share done once.
+    ///
+    /// # Panics
+    /// If `us` and `out` differ in length.
+    pub fn sample_many(&self, at: &Incidence, us: &[[f32; 2]], out: &mut [Option<LobeSample>]) {
+        assert_eq!(us.len(), out.len(), "one place for each sample");
+        let pairs = us.iter().zip(out);
+        if let Self::CosinePower(lobe) = self {
+            let lobe = lobe.prepare(at);
+            pairs.for_each(|(&u, out)| *out = lobe.sample(u));
+        } else {
+            pairs.for_each(|(&u, out)| *out = self.sample(at, u));
+        }
+    }
+
     /// The fraction of light from everywhere that goes to `wo`, or a good estimate: how often the lobe is chosen.
     #[inline]
     pub fn albedo(&self, at: &Incidence) -> Rgb {
@@ -111,7 +176,8 @@ impl Bxdf {
     /// The BRDF itself, in 1/sr, without the cosine.
     pub fn f(&self, at: &Incidence, wi: Vec3) -> Rgb {
         let cos = at.n.dot(wi).abs();
-        if cos == 0.0 { Rgb::BLACK } else { self.f_cos(at, wi) / cos }
+        // A direction within 1e-38 of the tangent plane must not make an infinity.
+        if cos == 0.0 { Rgb::BLACK } else { (self.f_cos(at, wi) / cos).map(|f| f.min(f32::MAX)) }
     }
 
     /// The density over solid angle, in 1/sr.
@@ -140,6 +206,12 @@ impl Bsdf {
     pub fn add(&mut self, lobe: Bxdf) {
         let free = self.lobes.iter_mut().find(|l| l.is_none());
         *free.expect("a material has at most MAX_LOBES lobes") = Some(lobe);
+    }
+
+    /// The lobe of this number, which must be one that was added.
+    #[inline]
+    pub fn lobe(&self, number: usize) -> &Bxdf {
+        self.lobes[number].as_ref().expect("only lobes that were added are asked for")
     }
 
     /// The lobes in the order in which they were added.

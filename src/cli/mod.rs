@@ -1,6 +1,103 @@
-//! The command line.
+//! The command line: one file per subcommand, flags as they are typed, then resolved.
+//!
+//! Knows how to ask and to tell; the work is done by the layers below. Read [`main`] first, then `render`. To add a
+//! subcommand: write its file with `Args` and `run`, and add its variant to `Command`.
+
+mod accel_args;
+mod diff;
+mod exit;
+mod generate;
+mod info;
+mod output;
+mod parse;
+mod progress;
+mod render;
+mod scene_args;
+mod schema;
+mod settings;
+mod signal;
+mod terminal;
+
+use clap::Parser;
+use exit::{Exit, Failure};
+use std::process::ExitCode;
+
+/// Renders glossy reflection on large meshes, on Embree or on a pure-Rust BVH.
+#[derive(Debug, Parser)]
+#[command(name = "gloss", version, after_help = HELP_END, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    Render(render::Args),
+    Info(info::Args),
+    Gen(generate::Args),
+    Diff(diff::Args),
+    Schema(schema::Args),
+}
+
+/// What every subcommand's exit codes mean.
+const HELP_END: &str = "\
+Exit codes:
+   0  done
+   1  failed; of diff: the pictures differ by more than the threshold
+   2  bad usage, bad scene, or pictures that cannot be compared
+  75  interrupted by Ctrl-C or SIGTERM; nothing is written
+
+Examples:
+  gloss gen knot --triangles 200000 -o knot.ply
+  gloss info scenes/lemon.toml
+  gloss render scenes/lemon.toml -o lemon.png -o lemon.exr --spp 256
+  gloss diff lemon.exr reference.exr --map difference.png";
 
 /// Runs the program on the process's arguments.
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // A reader that has gone away is no concern of ours.
+            let _ = error.print();
+            return if error.use_stderr() { Exit::Bad } else { Exit::Done }.into();
+        }
+    };
+    let done = match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Gen(args) => generate::run(&args),
+        Command::Diff(args) => diff::run(&args),
+        Command::Schema(args) => schema::run(&args),
+    };
+    done.unwrap_or_else(|failure: Failure| failure.report()).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_flags_do_not_contradict_each_other() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_subcommand_says_what_it_does_and_shows_an_example() {
+        for command in Cli::command().get_subcommands() {
+            assert!(command.get_about().is_some(), "{}", command.get_name());
+            let end = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(end.contains(&format!("gloss {}", command.get_name())), "{}", command.get_name());
+        }
+    }
+
+    #[test]
+    fn every_flag_is_explained() {
+        for command in Cli::command().get_subcommands() {
+            for flag in command.get_arguments() {
+                assert!(flag.get_help().is_some(), "{} {}", command.get_name(), flag.get_id());
+            }
+        }
+    }
 }

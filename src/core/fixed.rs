@@ -18,6 +18,19 @@ impl<const FRACTION: i32> Fixed<FRACTION> {
         Self((x * f64::from_bits(((1023 + FRACTION) as u64) << 52)) as i128)
     }
 
+    /// The multiple of `2^-FRACTION` next to a finite `x` towards zero: the same as [`new`](Self::new), faster.
+    ///
+    /// `|x|` stays below `2^(127 - FRACTION)`.
+    #[inline]
+    pub fn from_finite(x: f32) -> Self {
+        let bits = x.to_bits();
+        let exponent = (bits >> 23 & 0xff) as i32;
+        let mantissa = i128::from(bits & 0x007f_ffff | if exponent == 0 { 0 } else { 0x0080_0000 });
+        let shift = exponent.max(1) - 150 + FRACTION;
+        let magnitude = if shift >= 0 { mantissa << shift.min(103) } else { mantissa >> (-shift).min(127) };
+        Self(if x < 0.0 { -magnitude } else { magnitude })
+    }
+
     /// The sum as the nearest `f64`.
     pub fn to_f64(self) -> f64 {
         self.0 as f64 * f64::from_bits(((1023 - FRACTION) as u64) << 52)
@@ -66,6 +79,20 @@ mod tests {
             sum
         };
         assert_eq!(sum(&mut terms.iter()), sum(&mut terms.iter().rev()));
+    }
+
+    #[test]
+    fn the_fast_conversion_is_the_conversion() {
+        for exponent in -40..52 {
+            for mantissa in [1.0f32, 1.000_000_1, 1.5, 1.999_999_9] {
+                for x in [mantissa * 2f32.powi(exponent), -mantissa * 2f32.powi(exponent)] {
+                    assert_eq!(Fixed::<72>::from_finite(x), Fixed::new(f64::from(x)), "{x}");
+                }
+            }
+        }
+        for x in [0.0, -0.0, f32::MIN_POSITIVE, f32::MIN_POSITIVE / 8.0, 1e-30] {
+            assert_eq!(Fixed::<72>::from_finite(x), Fixed::new(f64::from(x)), "{x}");
+        }
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod frame;
 mod ray;
 mod rgb;
 pub mod sampler;
+pub mod special;
 pub mod warp;
 
 pub use fixed::Fixed;

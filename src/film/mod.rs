@@ -151,6 +151,12 @@ impl Film {
         Self { resolution, rect, pixels: vec![Pixel::default(); rect.area()], dropped: Dropped::default() }
     }
 
+    /// The pixel at column `x` and row `y` of the full image, which must lie within this film.
+    #[inline]
+    pub fn pixel(&self, x: u32, y: u32) -> &Pixel {
+        &self.pixels[((y - self.rect.y0) * self.rect.width() + (x - self.rect.x0)) as usize]
+    }
+
     /// Adds another film whose rectangle lies within this one's.
     ///
     /// # Panics

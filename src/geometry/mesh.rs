@@ -123,6 +123,18 @@ impl TriangleMesh {
         self.indices[prim_id as usize].map(|v| self.padded_positions[v as usize])
     }
 
+    /// The area of a triangle; from a cross product in f64, where thin triangles do not cancel.
+    #[inline]
+    pub fn triangle_area(&self, prim_id: u32) -> f32 {
+        let [a, b, c] = self.triangle(prim_id).map(Vec3::as_dvec3);
+        (0.5 * (b - a).cross(c - a).length()) as f32
+    }
+
+    /// The area of all triangles.
+    pub fn area(&self) -> f32 {
+        (0..self.triangle_count() as u32).map(|i| f64::from(self.triangle_area(i))).sum::<f64>() as f32
+    }
+
     /// The box around the triangles (not around unused vertices).
     pub fn bounds(&self) -> Aabb {
         Aabb::around(self.indices.iter().flatten().map(|&v| self.padded_positions[v as usize]))
@@ -157,6 +169,16 @@ mod tests {
         assert_eq!(not_finite, Err(MeshError::NotFinite { vertex: 1, what: "position" }));
         let one_normal = TriangleMesh::new(corners.to_vec(), vec![[0, 1, 2]], vec![Vec3::Z], vec![]);
         assert_eq!(one_normal, Err(MeshError::AttributeCount { what: "normals", found: 1, expected: 3 }));
+    }
+
+    #[test]
+    fn areas_do_not_cancel() {
+        // A right triangle with legs 1 and 2^-20, far enough off that products of its coordinates lose the short leg.
+        let far = Vec3::new(1.0, 1.0, 1.0);
+        let thin =
+            triangle([far, far + Vec3::X, far + Vec3::X + 2.0_f32.powi(-20) * Vec3::Y], [0, 1, 2]).unwrap();
+        assert_eq!(thin.triangle_area(0), 2.0_f32.powi(-21));
+        assert_eq!(thin.area(), 2.0_f32.powi(-21));
     }
 
     #[test]

@@ -4,11 +4,21 @@
 //! slice is its `geom_id`.
 
 mod bounds;
+mod file_error;
+pub mod generate;
 mod mesh;
+mod number;
+pub mod obj;
+pub mod ply;
+mod source;
 mod sphere;
+pub mod tessellate;
 
 pub use bounds::Aabb;
+pub use file_error::MeshFileError;
+pub use generate::Generator;
 pub use mesh::{MeshError, TriangleMesh};
+pub use source::{Dropped, MeshSource};
 pub use sphere::Sphere;
 
 use std::sync::Arc;

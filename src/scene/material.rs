@@ -1,6 +1,6 @@
 //! Materials: what makes a [`Bsdf`] of a point.
 
-use crate::bxdf::{Bsdf, Bxdf, CosinePower, Diffuse, Horizon, Mirror};
+use crate::bxdf::{Bsdf, Bxdf, Coat, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Mirror, Plastic};
 use crate::core::Rgb;
 use glam::Vec3;
 
@@ -23,6 +23,16 @@ pub enum Texture {
 }
 
 impl Texture {
+    /// The largest value of each channel.
+    pub fn brightest(&self) -> Rgb {
+        match *self {
+            Self::Constant(colour) => colour,
+            Self::Checker { even, odd, .. } => {
+                Rgb::new(even.r.max(odd.r), even.g.max(odd.g), even.b.max(odd.b))
+            }
+        }
+    }
+
     /// The colour at a point of the unit world.
     #[inline]
     pub fn at(&self, p: Vec3) -> Rgb {
@@ -36,7 +46,7 @@ impl Texture {
     }
 }
 
-/// What a material does about the mirror direction.
+/// What a material does beside its diffuse part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Specular {
     /// Nothing.
@@ -51,6 +61,31 @@ pub enum Specular {
         exponent: f32,
         /// Below the surface.
         horizon: Horizon,
+    },
+    /// A metal.
+    Conductor {
+        /// Colour that multiplies the reflection.
+        reflectance: Texture,
+        /// Index of refraction; without one, everything is reflected at every angle.
+        ior: Option<ComplexIor>,
+        /// Roughness.
+        alpha: f32,
+    },
+    /// A rough clear coat over a diffuse base; takes the place of the diffuse part.
+    Plastic {
+        /// Reflectance of the base.
+        base: Texture,
+        /// The coat.
+        coat: Coat,
+    },
+    /// Glass.
+    Dielectric {
+        /// Colour that multiplies the reflection.
+        reflectance: Texture,
+        /// Colour that multiplies the transmission.
+        transmittance: Texture,
+        /// Index of the inner side over that of the outer side.
+        eta: f32,
     },
 }
 
@@ -83,10 +118,20 @@ impl Material {
             Specular::None => {}
             Specular::Mirror(t) => bsdf.add(Bxdf::Mirror(Mirror { reflectance: t.at(p) })),
             Specular::CosinePower { reflectance, exponent, horizon } => {
-                bsdf.add(Bxdf::CosinePower(CosinePower {
+                bsdf.add(Bxdf::cosine_power(reflectance.at(p), *exponent, *horizon));
+            }
+            Specular::Conductor { reflectance, ior, alpha } => {
+                let reflectance = reflectance.at(p);
+                bsdf.add(Bxdf::Conductor(Conductor { reflectance, ior: *ior, alpha: *alpha }));
+            }
+            Specular::Plastic { base, coat } => {
+                bsdf.add(Bxdf::Plastic(Plastic::new(base.at(p), *coat)));
+            }
+            Specular::Dielectric { reflectance, transmittance, eta } => {
+                bsdf.add(Bxdf::Dielectric(Dielectric {
                     reflectance: reflectance.at(p),
-                    exponent: *exponent,
-                    horizon: *horizon,
+                    transmittance: transmittance.at(p),
+                    eta: *eta,
                 }));
             }
         }

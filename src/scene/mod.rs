@@ -5,18 +5,24 @@
 //! about a unit box, so that a scene of any size or place gives the same picture.
 
 pub mod camera;
+pub mod desc;
 pub mod interaction;
 pub mod light;
 pub mod load;
 pub mod material;
+pub mod plan;
+pub mod preset;
 pub mod settings;
 pub mod world;
 
 pub use camera::Camera;
+pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
 pub use light::{EmitterHit, Environment, Light, LightSample, Lights, Receiver};
-pub use load::{Override, SceneError, load};
+pub use load::{Format, Location, Override, SceneError, load, load_str};
 pub use material::{Material, Specular, Texture};
+pub use plan::Plan;
+pub use preset::Preset;
 pub use settings::{AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
 pub use world::World;
 

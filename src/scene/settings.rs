@@ -34,17 +34,34 @@ pub enum AtMaxDepth {
 
 /// Into how many rays a glossy hit splits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "a whole number, a list of them, or { branch = whole number }"
+)]
 pub enum GlossySamples {
     /// So many at the first glossy hit of a path, one at those after it.
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
+    /// As many at the first glossy hit as a pilot pass finds to be worth their time, one at those after it.
+    Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
         /// Rays per hit.
         branch: u32,
     },
+}
+
+/// More rays than these at a glossy hit are never worth it: what is gained is less than the pilot's own error.
+pub const MAX_AUTO_SPLIT: u32 = 64;
+
+/// The word `auto`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Auto {
+    /// The word itself.
+    Auto,
 }
 
 impl GlossySamples {
@@ -60,6 +77,7 @@ impl GlossySamples {
                 }
             }
             Self::PerDepth(list) => list.get(glossy_depth as usize).copied().unwrap_or(1),
+            Self::Auto(_) => 1,
             Self::Branch { branch } => *branch,
         }
     }
@@ -78,8 +96,8 @@ pub enum DirectLight {
     Lobe,
 }
 
-/// How to render.
-#[derive(Clone, Debug, PartialEq)]
+/// How to render; displayed as the lines of a scene file's `[settings]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
     /// Camera samples per pixel.
     pub spp: u32,
@@ -120,5 +138,13 @@ impl Default for Settings {
             sampler: SamplerKind::default(),
             seed: 0,
         }
+    }
+}
+
+impl std::fmt::Display for Settings {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let table = toml::Table::try_from(self).map_err(|_| std::fmt::Error)?;
+        let lines: Vec<String> = table.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+        f.write_str(&lines.join("\n"))
     }
 }

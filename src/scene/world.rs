@@ -1,6 +1,6 @@
 //! The unit world: where everything is rendered, whatever the size and place of the scene.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// `unit = (scene - center) * scale`, in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,11 @@ impl World {
             return Self::IDENTITY;
         }
         Self { center: 0.5 * (min + max), scale: (-extent.log2().round()).exp2() }
+    }
+
+    /// The map from the scene's coordinates to the unit world's.
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.center)
     }
 
     /// From the scene's coordinates to the unit world's.

@@ -1,31 +1,160 @@
-//! The pure-Rust bounding volume hierarchy.
+//! The pure-Rust bounding volume hierarchy: 8-wide nodes, leaves of 4 primitives, one watertight triangle test.
+//!
+//! Read [`data`] for what is kept, [`builder`] for how it is made, [`single`] for how one ray goes through it.
+//!
+//! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. The
+//! test is the same arithmetic on every path and instruction set, and boxes are tested with room for its rounding,
+//! so an answer does not depend on the order of traversal, the batch or the machine.
 
-use super::brute::Brute;
+mod binning;
+mod builder;
+mod data;
+mod emit;
+mod ray;
+mod simd;
+mod single;
+mod sphere;
+mod splits;
+mod triangle;
+
+pub use simd::Isa;
+
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
+use data::{Child, Hierarchy};
+use ray::{Best, Prepared};
+use simd::{Available, Kernel, Simd};
+use std::time::Instant;
 
 /// The hierarchy.
-pub struct Bvh(Brute);
+///
+/// `robust` of the options is always on, since it costs nothing here; `compact` changes nothing, since the
+/// structure is smaller than Embree's fast one as it is.
+pub struct Bvh {
+    data: Hierarchy,
+    isa: Available,
+    build_seconds: f64,
+}
 
 impl Bvh {
-    /// Builds over the shapes.
+    /// Builds over the shapes, for the fastest instruction set of this processor.
     ///
     /// # Errors
     /// If there are more primitives than it can number.
-    pub fn new(shapes: &[Shape], _options: &BuildOptions) -> Result<Self, AccelError> {
-        Ok(Self(Brute::new(shapes)))
+    pub fn new(shapes: &[Shape], options: &BuildOptions) -> Result<Self, AccelError> {
+        let start = Instant::now();
+        let too_many = |count, what, limit| AccelError::TooMany { count, what, limit, backend: "bvh" };
+        let count = shapes.iter().map(Shape::primitive_count).sum();
+        let limit = Child::MAX_FIRST * data::BLOCK;
+        if count > limit {
+            return Err(too_many(count, "primitives", limit));
+        }
+        let data = in_pool(options.threads, || builder::build(shapes, options.quality));
+        let blocks = data.triangles.len().max(data.spheres.len());
+        if blocks > Child::MAX_FIRST {
+            return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
+        }
+        Ok(Self { data, isa: Available::best(), build_seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// The same hierarchy traversed by another instruction set, or `None` if this processor lacks it. For tests and
+    /// benchmarks: the answers are the same.
+    pub fn with_isa(self, isa: Isa) -> Option<Self> {
+        Some(Self { isa: Available::new(isa)?, ..self })
     }
 }
 
+/// Runs a build on so many threads; 0 for all that there are.
+fn in_pool<T: Send>(threads: usize, build: impl FnOnce() -> T + Send) -> T {
+    if threads == 0 {
+        return build();
+    }
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(build),
+        // The system gives no more threads: those of the global pool build the same structure.
+        Err(_) => build(),
+    }
+}
+
+/// Closest hits, one ray after the other.
+struct ClosestSingle<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl Kernel for ClosestSingle<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut stack = single::Stack::new();
+        for (ray, hit) in self.rays.iter().zip(self.hits) {
+            *hit = None;
+            if !ray.is_active() {
+                continue;
+            }
+            let ray = Prepared::new(ray, self.data.extent);
+            let mut best = Best::none(ray.t_max);
+            if single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, &mut best) {
+                *hit = Some(finish(self.data, &ray, &best));
+            }
+        }
+    }
+}
+
+/// Any hits, one ray after the other.
+struct AnySingle<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    occluded: &'a mut [bool],
+}
+
+impl Kernel for AnySingle<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut stack = single::Stack::new();
+        for (ray, occluded) in self.rays.iter().zip(self.occluded) {
+            *occluded = ray.is_active() && {
+                let ray = Prepared::new(ray, self.data.extent);
+                let mut best = Best::none(ray.t_max);
+                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, &mut best)
+            };
+        }
+    }
+}
+
+/// The hit as callers know it, with the barycentrics of the one triangle that remained.
+#[inline(always)]
+fn finish(data: &Hierarchy, ray: &Prepared, best: &Best) -> Hit {
+    if best.block == Best::SPHERE {
+        return best.hit(ray, 0.0, 0.0);
+    }
+    let block = &data.triangles[best.block as usize];
+    let (_, u, v) = triangle::solve(ray, block, best.lane as usize & 3).unwrap_or((best.t, 0.0, 0.0));
+    best.hit(ray, u, v)
+}
+
 impl Accelerator for Bvh {
-    fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
-        self.0.intersect(rays, coherence, hits);
+    fn intersect(&self, rays: &[Ray], _: Coherence, hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        self.isa.run(ClosestSingle { data: &self.data, rays, hits });
     }
-    fn occluded(&self, rays: &[Ray], coherence: Coherence, occluded: &mut [bool]) {
-        self.0.occluded(rays, coherence, occluded);
+
+    fn occluded(&self, rays: &[Ray], _: Coherence, occluded: &mut [bool]) {
+        assert_eq!(rays.len(), occluded.len(), "one answer per ray");
+        self.isa.run(AnySingle { data: &self.data, rays, occluded });
     }
+
     fn info(&self) -> AccelInfo {
-        self.0.info()
+        let isa = match self.isa.isa() {
+            Isa::Avx2 => "avx2",
+            Isa::Sse2 => "sse2",
+            Isa::Portable => "portable",
+        };
+        AccelInfo {
+            name: format!("bvh {isa}"),
+            memory_bytes: self.data.memory_bytes(),
+            build_seconds: self.build_seconds,
+        }
     }
 }

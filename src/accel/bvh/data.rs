@@ -1,0 +1,174 @@
+//! What is kept: 8-wide nodes and leaves of 4 primitives side by side.
+//!
+//! ```text
+//! Node            256 bytes: 6 x 8 planes, 8 children, 8 octant orders
+//! TriangleBlock   192 bytes: 3 corners x 3 axes x 4 triangles, their ids
+//! SphereBlock     128 bytes: 4 spheres, their ids
+//! ```
+
+use crate::geometry::Sphere;
+
+/// Primitives of a leaf block.
+pub(super) const BLOCK: usize = 4;
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+
+/// An id that no geometry and no primitive has: empty lanes, and rays that skip nothing.
+pub(super) const NO_ID: u32 = u32::MAX;
+
+/// Where a child is: a node's index, or a leaf's first block and number of blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(super) struct Child(pub(super) u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    const SPHERES: u32 = 1 << 30;
+    const COUNT_SHIFT: u32 = 27;
+    const COUNT_MASK: u32 = 7;
+
+    /// Most blocks of a leaf.
+    pub(super) const MAX_BLOCKS: usize = Self::COUNT_MASK as usize;
+    /// Most blocks of a structure.
+    pub(super) const MAX_FIRST: usize = 1 << Self::COUNT_SHIFT;
+    /// A leaf of nothing.
+    pub(super) const EMPTY: Self = Self(Self::LEAF);
+
+    /// The node at `index`.
+    pub(super) fn node(index: usize) -> Self {
+        debug_assert!(index < Self::LEAF as usize);
+        Self(index as u32)
+    }
+
+    /// A leaf of triangle blocks.
+    pub(super) fn triangles(first: usize, count: usize) -> Self {
+        debug_assert!(first < Self::MAX_FIRST && count <= Self::MAX_BLOCKS);
+        Self(Self::LEAF | (count as u32) << Self::COUNT_SHIFT | first as u32)
+    }
+
+    /// A leaf of sphere blocks.
+    pub(super) fn spheres(first: usize, count: usize) -> Self {
+        Self(Self::triangles(first, count).0 | Self::SPHERES)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    #[inline(always)]
+    pub(super) fn is_spheres(self) -> bool {
+        self.0 & Self::SPHERES != 0
+    }
+
+    /// Index of the node.
+    #[inline(always)]
+    pub(super) fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// First block of the leaf.
+    #[inline(always)]
+    pub(super) fn first(self) -> usize {
+        (self.0 & (Self::MAX_FIRST as u32 - 1)) as usize
+    }
+
+    /// Blocks of the leaf.
+    #[inline(always)]
+    pub(super) fn blocks(self) -> core::ops::Range<usize> {
+        let count = self.0 >> Self::COUNT_SHIFT & Self::COUNT_MASK;
+        self.first()..self.first() + count as usize
+    }
+
+    /// The same child where the arrays that it points into begin later.
+    pub(super) fn moved(self, nodes: usize, triangles: usize, spheres: usize) -> Self {
+        let by = match (self.is_leaf(), self.is_spheres()) {
+            _ if self == Self::EMPTY => 0,
+            (false, _) => nodes,
+            (true, false) => triangles,
+            (true, true) => spheres,
+        };
+        Self(self.0 + by as u32)
+    }
+}
+
+/// Eight children and their boxes.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// `planes[axis][0]` the least coordinates, `planes[axis][1]` the greatest; `+inf, -inf` for no child.
+    pub(super) planes: [[[f32; WIDTH]; 2]; 3],
+    /// The children; `EMPTY` for no child.
+    pub(super) children: [Child; WIDTH],
+    /// `order[j]` holds for each octant o, in the 3 bits from 3 o, which child comes j-th from the far end.
+    pub(super) order: [u32; WIDTH],
+}
+
+impl Node {
+    /// No children.
+    pub(super) const EMPTY: Self = Self {
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        children: [Child::EMPTY; WIDTH],
+        order: [0; WIDTH],
+    };
+}
+
+/// Four triangles; unused lanes have NaN corners, which no test passes.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct TriangleBlock {
+    /// `corners[corner][axis][lane]`
+    pub(super) corners: [[[f32; BLOCK]; 3]; 3],
+    /// Geometry ids.
+    pub(super) geom_ids: [u32; BLOCK],
+    /// Primitive ids.
+    pub(super) prim_ids: [u32; BLOCK],
+}
+
+impl TriangleBlock {
+    /// No triangles.
+    pub(super) const EMPTY: Self =
+        Self { corners: [[[f32::NAN; BLOCK]; 3]; 3], geom_ids: [NO_ID; BLOCK], prim_ids: [NO_ID; BLOCK] };
+}
+
+/// Four spheres; unused lanes have the id [`NO_ID`].
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct SphereBlock {
+    pub(super) spheres: [Sphere; BLOCK],
+    /// Geometry ids.
+    pub(super) geom_ids: [u32; BLOCK],
+    /// Primitive ids.
+    pub(super) prim_ids: [u32; BLOCK],
+}
+
+impl SphereBlock {
+    /// No spheres.
+    pub(super) const EMPTY: Self = Self {
+        spheres: [Sphere { center: glam::Vec3::NAN, radius: f32::NAN }; BLOCK],
+        geom_ids: [NO_ID; BLOCK],
+        prim_ids: [NO_ID; BLOCK],
+    };
+}
+
+/// The whole hierarchy.
+#[derive(Clone, Debug)]
+pub(super) struct Hierarchy {
+    /// Where every ray starts.
+    pub(super) root: Child,
+    /// Greatest absolute coordinate: the scale of rounding errors.
+    pub(super) extent: f32,
+    pub(super) nodes: Vec<Node>,
+    pub(super) triangles: Vec<TriangleBlock>,
+    pub(super) spheres: Vec<SphereBlock>,
+}
+
+impl Hierarchy {
+    /// Bytes of the arrays.
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+            + self.triangles.capacity() * size_of::<TriangleBlock>()
+            + self.spheres.capacity() * size_of::<SphereBlock>()
+    }
+}

@@ -1,0 +1,156 @@
+//! Nodes and leaf blocks as they are kept, made piece by piece and put together in the order of the tree.
+
+use super::binning::{Bounds, Ref};
+use super::data::{BLOCK, Child, Hierarchy, Node, SphereBlock, TriangleBlock, WIDTH};
+use crate::geometry::Shape;
+use glam::Vec4Swizzles;
+
+/// Nodes and leaves of a subtree; indices count from its own beginning.
+#[derive(Default)]
+pub(super) struct Piece {
+    nodes: Vec<Node>,
+    triangles: Vec<TriangleBlock>,
+    spheres: Vec<SphereBlock>,
+}
+
+impl Piece {
+    /// Room for a node whose children come after it.
+    pub(super) fn reserve_node(&mut self) -> usize {
+        self.nodes.push(Node::EMPTY);
+        self.nodes.len() - 1
+    }
+
+    /// Fills a node that was reserved.
+    pub(super) fn set_node(&mut self, index: usize, bounds: &[Bounds], children: &[Child]) {
+        let node = &mut self.nodes[index];
+        for (slot, (bounds, &child)) in bounds.iter().zip(children).enumerate() {
+            for (axis, planes) in node.planes.iter_mut().enumerate() {
+                planes[0][slot] = bounds.lo[axis];
+                planes[1][slot] = bounds.hi[axis];
+            }
+            node.children[slot] = child;
+        }
+        node.order = octant_orders(bounds);
+    }
+
+    /// A leaf of references of one kind.
+    pub(super) fn leaf(&mut self, shapes: &[Shape], refs: &[Ref]) -> Child {
+        let Some(first) = refs.first() else { return Child::EMPTY };
+        match &shapes[first.geom_id() as usize] {
+            Shape::Mesh(_) => {
+                let start = self.triangles.len();
+                self.triangles.extend(refs.chunks(BLOCK).map(|refs| triangle_block(shapes, refs)));
+                Child::triangles(start, self.triangles.len() - start)
+            }
+            Shape::Spheres(_) => {
+                let start = self.spheres.len();
+                self.spheres.extend(refs.chunks(BLOCK).map(|refs| sphere_block(shapes, refs)));
+                Child::spheres(start, self.spheres.len() - start)
+            }
+        }
+    }
+}
+
+fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
+    let mut block = TriangleBlock::EMPTY;
+    for (lane, r) in refs.iter().enumerate() {
+        let Shape::Mesh(mesh) = &shapes[r.geom_id() as usize] else { continue };
+        for (to, corner) in block.corners.iter_mut().zip(mesh.triangle(r.prim_id())) {
+            for (axis, lanes) in to.iter_mut().enumerate() {
+                lanes[lane] = corner[axis];
+            }
+        }
+        block.geom_ids[lane] = r.geom_id();
+        block.prim_ids[lane] = r.prim_id();
+    }
+    block
+}
+
+fn sphere_block(shapes: &[Shape], refs: &[Ref]) -> SphereBlock {
+    let mut block = SphereBlock::EMPTY;
+    for (lane, r) in refs.iter().enumerate() {
+        let Shape::Spheres(spheres) = &shapes[r.geom_id() as usize] else { continue };
+        block.spheres[lane] = spheres[r.prim_id() as usize];
+        block.geom_ids[lane] = r.geom_id();
+        block.prim_ids[lane] = r.prim_id();
+    }
+    block
+}
+
+/// For each octant the children from the farthest to the nearest, by the corners' middle along its diagonal; empty
+/// slots count as farthest. The opposite octant has the opposite order among the children that there are.
+fn octant_orders(bounds: &[Bounds]) -> [u32; WIDTH] {
+    let mut order = [0; WIDTH];
+    for octant in 0..8u32 {
+        let sign = |axis: u32| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 };
+        let diagonal = glam::Vec3::new(sign(0), sign(1), sign(2));
+        let mut far_first = [(f32::INFINITY, 0); WIDTH];
+        for (slot, entry) in far_first.iter_mut().enumerate() {
+            entry.1 = slot as u32;
+            if let Some(b) = bounds.get(slot) {
+                entry.0 = (b.lo + b.hi).xyz().dot(diagonal);
+            }
+        }
+        far_first.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        for (place, &(_, slot)) in order.iter_mut().zip(&far_first) {
+            *place |= slot << (3 * octant);
+        }
+    }
+    order
+}
+
+/// Pieces below the nodes whose children were built in parallel.
+pub(super) enum Tree {
+    /// A subtree and its root.
+    Piece(Piece, Child),
+    /// Boxes of the children, and the children.
+    Inner(Vec<Bounds>, Vec<Tree>),
+}
+
+impl Tree {
+    /// One hierarchy of all pieces, depth first.
+    pub(super) fn assemble(self, extent: f32) -> Hierarchy {
+        let [nodes, triangles, spheres] = self.sizes();
+        let mut all = Piece {
+            nodes: Vec::with_capacity(nodes),
+            triangles: Vec::with_capacity(triangles),
+            spheres: Vec::with_capacity(spheres),
+        };
+        let root = self.append_to(&mut all);
+        let Piece { nodes, triangles, spheres } = all;
+        Hierarchy { root, extent, nodes, triangles, spheres }
+    }
+
+    fn sizes(&self) -> [usize; 3] {
+        match self {
+            Self::Piece(piece, _) => [piece.nodes.len(), piece.triangles.len(), piece.spheres.len()],
+            Self::Inner(_, trees) => trees.iter().map(Self::sizes).fold([1, 0, 0], |mut sum, sizes| {
+                for (sum, size) in sum.iter_mut().zip(sizes) {
+                    *sum += size;
+                }
+                sum
+            }),
+        }
+    }
+
+    fn append_to(self, all: &mut Piece) -> Child {
+        match self {
+            Self::Piece(mut piece, root) => {
+                let offset = [all.nodes.len(), all.triangles.len(), all.spheres.len()];
+                for node in &mut piece.nodes {
+                    node.children = node.children.map(|c| c.moved(offset[0], offset[1], offset[2]));
+                }
+                all.nodes.append(&mut piece.nodes);
+                all.triangles.append(&mut piece.triangles);
+                all.spheres.append(&mut piece.spheres);
+                root.moved(offset[0], offset[1], offset[2])
+            }
+            Self::Inner(bounds, trees) => {
+                let node = all.reserve_node();
+                let children: Vec<Child> = trees.into_iter().map(|tree| tree.append_to(all)).collect();
+                all.set_node(node, &bounds, &children);
+                Child::node(node)
+            }
+        }
+    }
+}

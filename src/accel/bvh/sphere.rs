@@ -1,0 +1,50 @@
+//! The one ray-sphere test of every path, in f64: spheres are few, and far or large ones cancel badly in f32.
+
+use super::data::{BLOCK, NO_ID, SphereBlock};
+use super::ray::{Best, Prepared};
+use glam::{DVec3, Vec3};
+
+/// First parameter in `[t_min, t_max]` at which the ray meets the sphere's surface.
+#[inline(always)]
+fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
+    let d = Vec3::from(ray.dir).as_dvec3();
+    let to_center: DVec3 = center.as_dvec3() - Vec3::from(ray.origin).as_dvec3();
+    let length_squared = d.length_squared();
+
+    // The discriminant from the point of the line that is closest to the centre (Haines et al. 2019, "Precision
+    // Improvements for Ray/Sphere Intersection").
+    let t_closest = to_center.dot(d) / length_squared;
+    let miss = to_center - t_closest * d;
+    let discriminant = f64::from(radius) * f64::from(radius) - miss.length_squared();
+    if discriminant < 0.0 {
+        return None;
+    }
+    let half_chord = (discriminant / length_squared).sqrt();
+    let near = (t_closest - half_chord) as f32;
+    let t = if near >= ray.t_min { near } else { (t_closest + half_chord) as f32 };
+    (t >= ray.t_min && t <= t_max).then_some(t)
+}
+
+/// Tests the block's spheres; for `ANY` the first hit ends it. Whether something was hit.
+#[inline(always)]
+pub(super) fn intersect_block<const ANY: bool>(ray: &Prepared, block: &SphereBlock, best: &mut Best) -> bool {
+    let mut found = false;
+    for lane in 0..BLOCK {
+        let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
+        if geom_id == NO_ID {
+            break;
+        }
+        let sphere = block.spheres[lane];
+        if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
+            && !ray.skip.rejects(geom_id, prim_id)
+            && best.loses_to(t, geom_id, prim_id)
+        {
+            *best = Best { t, geom_id, prim_id, block: Best::SPHERE, lane: 0 };
+            found = true;
+            if ANY {
+                return true;
+            }
+        }
+    }
+    found
+}

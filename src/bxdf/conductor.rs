@@ -1,0 +1,96 @@
+//! A metal: smooth or rough.
+
+use super::microfacet::{Ggx, GgxValue};
+use super::{Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
+use crate::core::{Frame, Rgb};
+use glam::Vec3;
+
+/// The complex index of refraction `eta + i k` of a metal, per channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ComplexIor {
+    /// Real part.
+    pub eta: Rgb,
+    /// Imaginary part: how the metal absorbs.
+    pub k: Rgb,
+}
+
+impl ComplexIor {
+    /// Reflectance at the cosine of incidence `cos`.
+    #[inline]
+    pub fn reflectance(&self, cos: f32) -> Rgb {
+        Rgb::new(
+            fresnel::conductor(cos, self.eta.r, self.k.r),
+            fresnel::conductor(cos, self.eta.g, self.k.g),
+            fresnel::conductor(cos, self.eta.b, self.k.b),
+        )
+    }
+}
+
+/// A surface of small metal mirrors: GGX with visible-normal sampling; single scattering.
+///
+/// Directional albedo: `reflectance`, times Fresnel's, times what single scattering keeps ([`energy::mirror_albedo`]).
+/// Below the roughness [`Ggx::SMOOTH`] it is a smooth mirror, a delta lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conductor {
+    /// Colour that multiplies the reflection.
+    pub reflectance: Rgb,
+    /// Index of refraction; `None` reflects everything at every angle.
+    pub ior: Option<ComplexIor>,
+    /// Roughness.
+    pub alpha: f32,
+}
+
+impl Conductor {
+    #[inline]
+    fn ggx(&self) -> Ggx {
+        Ggx { alpha: self.alpha }
+    }
+
+    #[inline]
+    fn colour(&self, cos: f32) -> Rgb {
+        self.ior.map_or(self.reflectance, |ior| self.reflectance * ior.reflectance(cos))
+    }
+
+    #[inline]
+    pub(super) fn kind(&self) -> LobeKind {
+        if self.ggx().is_smooth() { LobeKind::Delta } else { LobeKind::Glossy }
+    }
+
+    /// `None` for a smooth surface and below the horizon.
+    #[inline]
+    fn value(&self, at: &Incidence, wi: Vec3) -> Option<GgxValue> {
+        (!self.ggx().is_smooth() && at.is_above(wi)).then(|| self.ggx().evaluate(at.n, at.wo, wi))
+    }
+
+    #[inline]
+    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
+        self.value(at, wi).map_or(Rgb::BLACK, |value| self.colour(value.cos_half) * value.f_cos)
+    }
+
+    #[inline]
+    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
+        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
+        if self.ggx().is_smooth() {
+            let weight = self.colour(at.n.dot(at.wo));
+            return Some(LobeSample { wi: at.mirror_direction(), weight, ln_pdf: f32::INFINITY });
+        }
+        let frame = Frame::new(at.n);
+        let sample = self.ggx().sample(at.local_wo(&frame), u);
+        let wi = renormalized(frame.to_world(sample.wi));
+        (sample.weight > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
+            wi,
+            weight: self.colour(sample.cos_half) * sample.weight,
+            ln_pdf: sample.pdf.ln(),
+        })
+    }
+
+    pub(super) fn albedo(&self, at: &Incidence) -> Rgb {
+        let cos = at.n.dot(at.wo);
+        let kept = if self.ggx().is_smooth() { 1.0 } else { energy::mirror_albedo(self.ggx(), cos) };
+        self.colour(cos) * kept
+    }
+}

@@ -1,0 +1,80 @@
+//! Who answers the rays.
+
+use super::exit::{Failure, OrExit};
+use crate::accel::{self, AccelError, Accelerator, Backend, BuildOptions, EmbreeMode, Quality, SkipSupport};
+use crate::scene::{Plan, Scene};
+
+/// The backend and how it builds.
+#[derive(Debug, clap::Args)]
+pub(super) struct AccelArgs {
+    /// Who answers rays
+    #[arg(long, default_value_t, value_enum, help_heading = BACKEND)]
+    pub(super) backend: Backend,
+
+    /// Which of Embree's calls are asked
+    #[arg(long, value_name = "MODE", default_value_t, value_enum, help_heading = BACKEND)]
+    embree_mode: EmbreeMode,
+
+    /// Time spent on the structure against speed of the rays
+    #[arg(long, default_value_t, value_enum, help_heading = BACKEND)]
+    quality: Quality,
+
+    /// Watertight: no ray slips through a shared edge (this is the default)
+    #[arg(long, overrides_with = "fast", help_heading = BACKEND)]
+    robust: bool,
+
+    /// Not watertight, for a little more speed
+    #[arg(long, overrides_with = "robust", help_heading = BACKEND)]
+    fast: bool,
+
+    /// Less memory, slower rays
+    #[arg(long, help_heading = BACKEND)]
+    compact: bool,
+
+    /// Threads for all stages; 0 for one per core. Changes no bit of a picture
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = BACKEND)]
+    pub(super) threads: usize,
+}
+
+const BACKEND: &str = "Backend";
+
+impl AccelArgs {
+    fn options(&self, scene: &Scene) -> BuildOptions {
+        BuildOptions {
+            quality: self.quality,
+            robust: !self.fast,
+            compact: self.compact,
+            embree_mode: self.embree_mode,
+            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
+            threads: self.threads,
+        }
+    }
+
+    /// Builds the structure over the scene's shapes.
+    pub(super) fn build(&self, scene: &Scene) -> Result<Box<dyn Accelerator>, Failure> {
+        let built = accel::build(self.backend, &scene.shapes, &self.options(scene));
+        if matches!(built, Err(AccelError::NotCompiled)) { built.or_bad() } else { built.or_failed() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Alone {
+        #[command(flatten)]
+        accel: AccelArgs,
+    }
+
+    #[test]
+    fn the_later_of_robust_and_fast_counts() {
+        let fast = |flags: &[&str]| {
+            let typed = ["gloss"].iter().chain(flags);
+            Alone::try_parse_from(typed).unwrap_or_else(|e| panic!("{e}")).accel.fast
+        };
+        assert!(!fast(&[]) && fast(&["--fast"]) && fast(&["--robust", "--fast"]));
+        assert!(!fast(&["--fast", "--robust"]));
+    }
+}

@@ -1,0 +1,132 @@
+//! Values of flags: from what is typed to what is meant.
+
+use crate::film::PixelRect;
+use crate::scene::settings::Auto;
+use crate::scene::{GlossySamples, Override};
+use std::num::NonZeroU32;
+
+/// `640x480`.
+pub(super) fn resolution(typed: &str) -> Result<[u32; 2], String> {
+    let (width, height) = typed.split_once(['x', 'X']).ok_or("write it as WIDTHxHEIGHT, such as 640x480")?;
+    let side = |s: &str| match s.parse::<u32>() {
+        Ok(n) if (1..=65_536).contains(&n) => Ok(n),
+        _ => Err(format!("`{s}` is not a number of pixels from 1 to 65536")),
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+/// `x0,y0,x1,y1`, the last two exclusive.
+pub(super) fn crop(typed: &str) -> Result<PixelRect, String> {
+    let numbers: Result<Vec<u32>, _> = typed.split(',').map(|s| s.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(PixelRect { x0, y0, x1, y1 }),
+        Ok([_, _, _, _]) => Err("the crop is empty: it needs x0 < x1 and y0 < y1".to_owned()),
+        _ => Err("write it as X0,Y0,X1,Y1 in pixels from the upper left, such as 0,0,320,240".to_owned()),
+    }
+}
+
+/// `16`, `16,4,1`, `branch=9` or `auto`.
+pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
+    let rays = |s: &str| {
+        s.trim().parse().map(NonZeroU32::get).map_err(|_| format!("`{s}` is not a number of rays from 1 up"))
+    };
+    if typed == "auto" {
+        return Ok(GlossySamples::Auto(Auto::Auto));
+    }
+    if let Some(branch) = typed.strip_prefix("branch=") {
+        return Ok(GlossySamples::Branch { branch: rays(branch)? });
+    }
+    let list = typed.split(',').map(rays).collect::<Result<Vec<_>, _>>()?;
+    Ok(match list[..] {
+        [first] => GlossySamples::First(first),
+        _ => GlossySamples::PerDepth(list),
+    })
+}
+
+/// `path.to.key=value`.
+pub(super) fn definition(typed: &str) -> Result<Override, String> {
+    match typed.split_once('=') {
+        Some((path, value)) if !path.trim().is_empty() => {
+            Ok(Override { path: path.trim().to_owned(), value: value.trim().to_owned() })
+        }
+        _ => Err("write it as path.to.key=value, such as settings.seed=7".to_owned()),
+    }
+}
+
+/// An edge of tiles: 0, or a multiple of 8.
+pub(super) fn tile_size(typed: &str) -> Result<u32, String> {
+    match typed.parse::<u32>() {
+        Ok(n) if n.is_multiple_of(8) && n <= 4096 => Ok(n),
+        _ => Err("it is a multiple of 8 up to 4096, or 0 for the default".to_owned()),
+    }
+}
+
+/// A number from `low` to `high`.
+fn number_between(typed: &str, low: f32, high: f32) -> Result<f32, String> {
+    match typed.parse::<f32>() {
+        Ok(n) if (low..=high).contains(&n) => Ok(n),
+        _ => Err(format!("it is a number from {low} to {high}")),
+    }
+}
+
+/// Stops of exposure.
+pub(super) fn exposure(typed: &str) -> Result<f32, String> {
+    number_between(typed, -64.0, 64.0)
+}
+
+/// Pixels per degree.
+pub(super) fn ppd(typed: &str) -> Result<f32, String> {
+    number_between(typed, 1.0, 1000.0)
+}
+
+/// A threshold.
+pub(super) fn threshold(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if n >= 0.0 => Ok(n),
+        _ => Err("it is a number from 0 up".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_typed_is_what_is_meant() {
+        assert_eq!(resolution("640x480"), Ok([640, 480]));
+        assert_eq!(crop("0, 1,2,30"), Ok(PixelRect { x0: 0, y0: 1, x1: 2, y1: 30 }));
+        assert_eq!(glossy_samples("16"), Ok(GlossySamples::First(16)));
+        assert_eq!(glossy_samples("16,4"), Ok(GlossySamples::PerDepth(vec![16, 4])));
+        assert_eq!(glossy_samples("branch=9"), Ok(GlossySamples::Branch { branch: 9 }));
+        assert_eq!(glossy_samples("auto"), Ok(GlossySamples::Auto(Auto::Auto)));
+        let defined = definition("shapes.0.file=a=b.obj").unwrap();
+        assert_eq!((&*defined.path, &*defined.value), ("shapes.0.file", "a=b.obj"));
+        assert_eq!(tile_size("64"), Ok(64));
+        assert_eq!(exposure("-1.5"), Ok(-1.5));
+        assert_eq!(threshold("inf"), Ok(f64::INFINITY));
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for bad in ["", "640", "640x", "x480", "0x4", "640x-1", "640x480x3", "99999x1", "1.5x2"] {
+            assert!(resolution(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "1,2,3", "1,2,3,4,5", "1,1,1,2", "-1,0,2,2", "2,0,1,1", "a,b,c,d"] {
+            assert!(crop(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "0", "-1", "4,0", "4,", "branch=", "branch=0", "many"] {
+            assert!(glossy_samples(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "key", "=1", " =1"] {
+            assert!(definition(bad).is_err(), "{bad}");
+        }
+        for bad in ["7", "-8", "8192", ""] {
+            assert!(tile_size(bad).is_err(), "{bad}");
+        }
+        for bad in ["nan", "inf", "65", "x", ""] {
+            assert!(exposure(bad).is_err(), "{bad}");
+        }
+        assert!(ppd("0").is_err() && ppd("nan").is_err() && ppd("1e9").is_err());
+        assert!(threshold("-1").is_err() && threshold("nan").is_err());
+    }
+}

@@ -1,0 +1,240 @@
+//! `gloss render`: a scene file in, pictures out.
+
+use super::accel_args::AccelArgs;
+use super::exit::{Exit, Failure, OrExit};
+use super::output::Output;
+use super::progress::{Reporter, Style};
+use super::scene_args::SceneArgs;
+use super::signal::Interrupt;
+use super::terminal::{bytes, count, note, peak_memory_bytes};
+use super::{parse, settings};
+use crate::accel::AccelInfo;
+use crate::film::PixelRect;
+use crate::render::{Outcome, RayClass, RenderOptions, StopReason, render};
+use crate::scene::{Plan, Scene};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Render a scene
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Files are written whole or not at all: an older file of the same name stays until the new one is complete.
+
+Exit codes: 0 done, 1 failed, 2 bad usage or bad scene, 75 interrupted (nothing is written).
+
+Examples:
+  gloss render scenes/lemon.toml -o lemon.png
+  gloss render scenes/lemon.toml -o lemon.exr -o lemon.png --spp 1024 --exposure 0.5
+  gloss render scenes/lemon.toml -o part.png --resolution 3840x2160 --crop 1600,900,2240,1260
+  gloss render scenes/lemon.toml -o lecture.png --preset lecture --backend bvh
+  gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10")]
+pub(super) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+
+    /// Picture to write, by its ending: .exr (linear, float) or .png (sRGB, 8 bits); may be given again
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+
+    /// Brightness of the PNG in stops: each one doubles the light
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = parse::exposure,
+          allow_negative_numbers = true)]
+    exposure: f32,
+
+    /// Only this part of the picture, in pixels from the upper left
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse::crop)]
+    crop: Option<PixelRect>,
+
+    /// Edge of a tile in pixels, a multiple of 8; 0 for the default. Changes no bit of the picture
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse::tile_size)]
+    tile_size: u32,
+
+    #[command(flatten)]
+    accel: AccelArgs,
+
+    /// How to tell about progress on stderr
+    #[arg(long, value_name = "STYLE", default_value_t, value_enum)]
+    progress: Style,
+
+    /// Say nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+
+    /// Say more: settings, plan, rays by class, size of the structure
+    #[arg(short, long, conflicts_with = "quiet")]
+    verbose: bool,
+}
+
+/// Renders, writes and tells.
+pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
+    // Everything that can be refused is refused before the work.
+    let outputs = Output::check(&args.output)?;
+    let interrupt = Interrupt::listen()?;
+
+    let clock = Instant::now();
+    let scene = args.scene.load()?;
+    let load_seconds = clock.elapsed().as_secs_f64();
+    check_crop(args.crop, scene.camera.resolution)?;
+    tell_before(args, &scene);
+
+    let clock = Instant::now();
+    let accel = args.accel.build(&scene)?;
+    let build_seconds = clock.elapsed().as_secs_f64();
+
+    let options = RenderOptions {
+        threads: args.accel.threads,
+        crop: args.crop,
+        tile_size: args.tile_size,
+        ..RenderOptions::default()
+    };
+    interrupt.stops_softly();
+    let reporter = Reporter::start(if args.quiet { Style::None } else { args.progress });
+    let outcome = render(&scene, &*accel, &options, &reporter, interrupt.stop());
+    reporter.finish();
+    if outcome.stopped_by == StopReason::Interrupted {
+        note(&format!("interrupted after {:.1} s of rendering: nothing is written", outcome.seconds));
+        return Ok(Exit::Interrupted);
+    }
+
+    let report = Report { args, scene: &scene, accel: accel.info(), outcome, load_seconds, build_seconds };
+    let attributes = report.attributes();
+    for output in &outputs {
+        output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
+    }
+    report.tell(&outputs);
+    Ok(Exit::Done)
+}
+
+fn check_crop(crop: Option<PixelRect>, [width, height]: [u32; 2]) -> Result<(), Failure> {
+    match crop {
+        Some(crop) if crop.x1 > width || crop.y1 > height => {
+            Err(Failure::bad(format!("--crop goes beyond the picture, which has {width} x {height} pixels")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn tell_before(args: &Args, scene: &Scene) {
+    if args.quiet {
+        return;
+    }
+    for warning in &scene.warnings {
+        note(&format!("warning: {warning}"));
+    }
+    if args.verbose {
+        note(&format!("settings: {}", settings::to_text(&scene.settings)));
+        for sentence in Plan::of(scene).lines() {
+            note(&format!("plan: {sentence}"));
+        }
+    }
+}
+
+/// A finished render and what it took.
+struct Report<'a> {
+    args: &'a Args,
+    scene: &'a Scene,
+    accel: AccelInfo,
+    outcome: Outcome,
+    load_seconds: f64,
+    build_seconds: f64,
+}
+
+impl Report<'_> {
+    /// What an EXR remembers of how it was made.
+    fn attributes(&self) -> Vec<(String, String)> {
+        let Self { args, scene, accel, outcome, .. } = self;
+        let all = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scene", args.scene.scene.display().to_string()),
+            ("scene_hash", scene.hash.clone()),
+            ("settings", settings::to_json(&scene.settings).to_string()),
+            ("backend", accel.name.clone()),
+            ("seed", scene.settings.seed.to_string()),
+            ("spp", scene.settings.spp.to_string()),
+            ("seconds", format!("{:.3}", outcome.seconds)),
+            ("rays", outcome.tally.all_rays().rays.to_string()),
+            ("dropped_samples", self.dropped().to_string()),
+        ];
+        all.into_iter().map(|(name, value)| (format!("gloss.{name}"), value)).collect()
+    }
+
+    fn dropped(&self) -> u64 {
+        let dropped = self.outcome.film.dropped;
+        dropped.nan + dropped.infinite + dropped.negative
+    }
+
+    fn rays_per_second(&self) -> f64 {
+        self.outcome.tally.all_rays().rays as f64 / self.outcome.seconds.max(1e-9)
+    }
+
+    /// The last words.
+    fn tell(&self, outputs: &[Output]) {
+        if self.args.quiet {
+            return;
+        }
+        if self.args.progress == Style::Json {
+            return note(&self.json(outputs).to_string());
+        }
+        let Self { outcome, accel, .. } = self;
+        if self.args.verbose {
+            let rays = RayClass::ALL
+                .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
+            note(&format!("rays: {}", rays.join(", ")));
+            note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
+        }
+        let lost = outcome.tally.lost_throughput();
+        if lost > 0.0 {
+            note(&format!("cut off at the greatest depth: {:.3} % of the throughput", 100.0 * lost));
+        }
+        if self.dropped() > 0 {
+            let dropped = outcome.film.dropped;
+            note(&format!(
+                "warning: samples dropped: {} NaN, {} infinite, {} negative",
+                dropped.nan, dropped.infinite, dropped.negative
+            ));
+        }
+        note(&self.last_line(outputs));
+    }
+
+    fn last_line(&self, outputs: &[Output]) -> String {
+        let names: Vec<_> = outputs.iter().map(|o| o.path().display().to_string()).collect();
+        let memory = peak_memory_bytes().map_or_else(|| "unknown".to_owned(), bytes);
+        format!(
+            "{} by {}: {} spp, {} rays/s, load {:.2} s, build {:.2} s, render {:.2} s, peak memory {memory}",
+            names.join(", "),
+            self.accel.name,
+            self.scene.settings.spp,
+            count(self.rays_per_second()),
+            self.load_seconds,
+            self.build_seconds,
+            self.outcome.seconds,
+        )
+    }
+
+    fn json(&self, outputs: &[Output]) -> serde_json::Value {
+        let Self { outcome, accel, scene, .. } = self;
+        let dropped = outcome.film.dropped;
+        let rays: serde_json::Map<_, _> = RayClass::ALL
+            .map(|class| (class.name().to_owned(), json!(outcome.tally.class(class).rays)))
+            .into_iter()
+            .collect();
+        json!({
+            "event": "done",
+            "outputs": outputs.iter().map(|o| o.path().display().to_string()).collect::<Vec<_>>(),
+            "backend": accel.name,
+            "scene_hash": scene.hash,
+            "spp": scene.settings.spp,
+            "seed": scene.settings.seed,
+            "rays": rays,
+            "rays_per_second": self.rays_per_second(),
+            "load_seconds": self.load_seconds,
+            "build_seconds": self.build_seconds,
+            "render_seconds": outcome.seconds,
+            "structure_bytes": accel.memory_bytes,
+            "peak_memory_bytes": peak_memory_bytes(),
+            "lost_throughput": outcome.tally.lost_throughput(),
+            "dropped": { "nan": dropped.nan, "infinite": dropped.infinite, "negative": dropped.negative },
+        })
+    }
+}

@@ -1,0 +1,145 @@
+//! The scene and what the command line changes of it.
+
+use super::exit::{Failure, OrExit};
+use super::parse;
+use crate::bxdf::Horizon;
+use crate::scene::{self, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
+use clap::ValueEnum;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+/// A scene file, and flags that go before what it says.
+#[derive(Debug, clap::Args)]
+pub(super) struct SceneArgs {
+    /// Scene file: TOML, or JSON if its name ends in .json
+    pub(super) scene: PathBuf,
+
+    /// Named set of settings to start from: what neither the scene nor a flag says is the preset's
+    #[arg(long, value_name = "NAME", help_heading = SETTINGS)]
+    preset: Option<scene::Preset>,
+
+    /// Camera samples per pixel
+    #[arg(long, value_name = "N", help_heading = SETTINGS)]
+    spp: Option<NonZeroU32>,
+
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse::resolution, help_heading = SETTINGS)]
+    resolution: Option<[u32; 2]>,
+
+    /// Reflected bounces: with N, the camera's hit and N more are shaded
+    #[arg(long, value_name = "N", help_heading = SETTINGS)]
+    max_depth: Option<u32>,
+
+    /// What a path sees that may go no deeper
+    #[arg(long, value_name = "POLICY", help_heading = SETTINGS)]
+    at_max_depth: Option<AtMaxDepth>,
+
+    /// Rays that a glossy hit splits into: N at the first on a path, N,M,... at the first, second, ..., branch=N at every
+    /// one, or auto to let a pilot pass choose
+    #[arg(long, value_name = "N", value_parser = parse::glossy_samples, help_heading = SETTINGS)]
+    glossy_samples: Option<GlossySamples>,
+
+    /// What becomes of glossy directions below the surface
+    #[arg(long, value_name = "POLICY", help_heading = SETTINGS)]
+    horizon: Option<Horizon>,
+
+    /// What a ray must not hit again
+    #[arg(long, value_name = "POLICY", help_heading = SETTINGS)]
+    self_hit: Option<SelfHit>,
+
+    /// How light straight from a light is found
+    #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
+    direct_light: Option<DirectLight>,
+
+    /// Which random numbers: another seed gives another, independent picture
+    #[arg(long, value_name = "N", help_heading = SETTINGS)]
+    seed: Option<u32>,
+
+    /// Set any key of the scene file, such as settings.diffuse_bounces=false; may be given again, goes last
+    #[arg(short = 'D', value_name = "PATH=VALUE", value_parser = parse::definition, help_heading = SETTINGS)]
+    define: Vec<Override>,
+}
+
+const SETTINGS: &str = "Settings (before what the scene file says)";
+
+impl SceneArgs {
+    /// What the flags set, in the order in which they apply.
+    fn overrides(&self) -> Vec<Override> {
+        let named = [
+            ("settings.preset", self.preset.map(name)),
+            ("settings.spp", self.spp.map(|n| n.to_string())),
+            ("camera.resolution", self.resolution.map(|[w, h]| format!("[{w}, {h}]"))),
+            ("settings.max_depth", self.max_depth.map(|n| n.to_string())),
+            ("settings.at_max_depth", self.at_max_depth.map(name)),
+            ("settings.glossy_samples", self.glossy_samples.as_ref().map(glossy_samples)),
+            ("settings.horizon", self.horizon.map(name)),
+            ("settings.self_hit", self.self_hit.map(name)),
+            ("settings.direct_light", self.direct_light.map(name)),
+            ("settings.seed", self.seed.map(|n| n.to_string())),
+        ];
+        let set = named.into_iter().filter_map(|(path, value)| Some((path.to_owned(), value?)));
+        set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned()).collect()
+    }
+
+    /// The scene as the file and the flags describe it.
+    pub(super) fn load(&self) -> Result<Scene, Failure> {
+        scene::load(&self.scene, &self.overrides()).or_bad()
+    }
+}
+
+/// The name that scene files use, as a TOML string.
+fn name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value().expect("no policy is hidden");
+    format!("\"{}\"", value.get_name())
+}
+
+/// As TOML.
+fn glossy_samples(value: &GlossySamples) -> String {
+    match value {
+        GlossySamples::Auto(_) => "\"auto\"".to_owned(),
+        GlossySamples::First(n) => n.to_string(),
+        GlossySamples::PerDepth(list) => format!("{list:?}"),
+        GlossySamples::Branch { branch } => format!("{{ branch = {branch} }}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Alone {
+        #[command(flatten)]
+        scene: SceneArgs,
+    }
+
+    fn overrides(flags: &[&str]) -> Vec<(String, String)> {
+        let typed = ["gloss", "a.toml"].iter().chain(flags);
+        let parsed = Alone::try_parse_from(typed).unwrap_or_else(|e| panic!("{e}")).scene.overrides();
+        parsed.into_iter().map(|o| (o.path, o.value)).collect()
+    }
+
+    #[test]
+    fn flags_become_overrides_in_the_words_of_the_scene_file() {
+        let pair = |path: &str, value: &str| (path.to_owned(), value.to_owned());
+        assert_eq!(overrides(&[]), []);
+        assert_eq!(overrides(&["--resolution", "64x48"]), [pair("camera.resolution", "[64, 48]")]);
+        assert_eq!(
+            overrides(&["--horizon", "fold-weighted"]),
+            [pair("settings.horizon", "\"fold-weighted\"")]
+        );
+        assert_eq!(overrides(&["--glossy-samples", "8,2"]), [pair("settings.glossy_samples", "[8, 2]")]);
+        assert_eq!(
+            overrides(&["--glossy-samples", "branch=9"]),
+            [pair("settings.glossy_samples", "{ branch = 9 }")]
+        );
+    }
+
+    #[test]
+    fn definitions_go_after_flags_and_presets_before_them() {
+        let paths: Vec<_> = overrides(&["-D", "settings.spp=3", "--spp", "4", "--preset", "lecture"]);
+        let paths: Vec<_> = paths.iter().map(|(path, value)| (&**path, &**value)).collect();
+        assert_eq!(paths, [("settings.preset", "\"lecture\""), ("settings.spp", "4"), ("settings.spp", "3")]);
+    }
+}

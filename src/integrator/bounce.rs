@@ -1,0 +1,224 @@
+//! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
+
+use super::path::{Path, Vertex, Wave};
+use super::tally::{RayClass, Tally};
+use super::wave::Integrator;
+use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
+use crate::core::{Ray, Rgb, Sampler};
+use crate::scene::{AtMaxDepth, DirectLight};
+
+/// Pairs of random numbers, by the depth of the surface and what they decide there.
+///
+/// Pair 0 belongs to the camera; each surface has [`Dimension::PER_VERTEX`] of its own.
+#[derive(Clone, Copy)]
+pub(super) enum Dimension {
+    /// The direction drawn from the lobe of this number: three of them.
+    Lobe(usize),
+    /// Which lobe; whether the path goes on.
+    Choice,
+    /// The direction towards a light.
+    LightDirection,
+    /// Which light.
+    LightChoice,
+}
+
+impl Dimension {
+    const PER_VERTEX: u32 = 6;
+
+    /// The pair's number at a surface at `depth`.
+    #[inline]
+    pub(super) fn at(self, depth: u32) -> u32 {
+        let offset = match self {
+            Self::Lobe(lobe) => lobe as u32,
+            Self::Choice => 3,
+            Self::LightDirection => 4,
+            Self::LightChoice => 5,
+        };
+        1 + depth * Self::PER_VERTEX + offset
+    }
+}
+
+/// The rays that leave a surface, lobe by lobe.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Leaving {
+    /// Rays of each lobe.
+    pub count: [u32; Bsdf::MAX_LOBES],
+    /// Expected number of rays of each lobe: what their weight is divided by. Zero for a lobe without rays.
+    pub rate: [f32; Bsdf::MAX_LOBES],
+    /// Whether each lobe's rays look for lights only.
+    pub emission_only: [bool; Bsdf::MAX_LOBES],
+    /// The next ray to be made: its lobe and its number there.
+    next: (usize, u32),
+}
+
+impl Leaving {
+    fn trace(&mut self, lobe: usize, count: u32, rate: f32) {
+        self.count[lobe] = count;
+        self.rate[lobe] = rate;
+    }
+
+    /// Rays not yet made.
+    pub(super) fn remaining(&self) -> usize {
+        self.count.iter().skip(self.next.0).sum::<u32>() as usize - self.next.1 as usize
+    }
+
+    /// Lobe and number of the next ray.
+    fn take(&mut self) -> Option<(usize, u32)> {
+        while self.next.0 < Bsdf::MAX_LOBES {
+            let (lobe, number) = self.next;
+            if number < self.count[lobe] {
+                self.next.1 += 1;
+                return Some((lobe, number));
+            }
+            self.next = (lobe + 1, 0);
+        }
+        None
+    }
+}
+
+impl Integrator<'_> {
+    /// Decides which rays leave a surface that `path` has reached.
+    ///
+    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen in proportion to its
+    /// albedo.
+    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, sampler: &Sampler) -> Leaving {
+        let mut rays = Leaving::default();
+        let mut weight = [0.0; Bsdf::MAX_LOBES];
+        let mut split = 1;
+        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+            if self.continues(path, bxdf) {
+                weight[lobe] = bxdf.albedo(at).max_channel();
+                if bxdf.kind() == LobeKind::Glossy {
+                    split = match path.glossy_depth {
+                        0 => path.split,
+                        deeper => self.scene.settings.glossy_samples.at(deeper),
+                    };
+                }
+            } else if bxdf.kind() == LobeKind::Diffuse
+                && self.scene.settings.direct_light == DirectLight::Lobe
+            {
+                rays.trace(lobe, 1, 1.0);
+                rays.emission_only[lobe] = true;
+            }
+        }
+        let total: f32 = weight.iter().sum();
+        if split > 1 {
+            for (lobe, bxdf) in bsdf.lobes().enumerate().filter(|&(lobe, _)| weight[lobe] > 0.0) {
+                let count = if bxdf.kind() == LobeKind::Glossy { split } else { 1 };
+                rays.trace(lobe, count, count as f32);
+            }
+        } else if total > 0.0 {
+            let choice = sampler.single(path.index, Dimension::Choice.at(path.depth));
+            let lobe = choose(&weight, choice * total);
+            for (rate, weight) in rays.rate.iter_mut().zip(weight).filter(|(_, weight)| *weight > 0.0) {
+                *rate = weight / total;
+            }
+            rays.count[lobe] = 1;
+        }
+        rays
+    }
+
+    /// Whether a ray of this lobe may leave the surface that `path` has reached.
+    fn continues(&self, path: &Path, bxdf: &Bxdf) -> bool {
+        let settings = &self.scene.settings;
+        let below_end = path.depth < settings.max_depth || settings.at_max_depth == AtMaxDepth::Roulette;
+        below_end && (bxdf.kind() != LobeKind::Diffuse || settings.diffuse_bounces)
+    }
+
+    /// What a path sees that may not go on: nothing, which is counted, or the environment.
+    pub(super) fn end(
+        &self,
+        path: &Path,
+        at: &Incidence,
+        bsdf: &Bsdf,
+        sampler: &Sampler,
+        tally: &mut Tally,
+    ) -> Rgb {
+        let mut seen = Rgb::BLACK;
+        let settings = &self.scene.settings;
+        if path.depth < settings.max_depth || settings.at_max_depth == AtMaxDepth::Roulette {
+            return seen;
+        }
+        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+            if bxdf.kind() == LobeKind::Diffuse {
+                if settings.diffuse_bounces {
+                    tally.lose(path.beta * bxdf.albedo(at));
+                }
+            } else if let (AtMaxDepth::Background, Some(environment)) =
+                (settings.at_max_depth, &self.scene.lights.environment)
+            {
+                let u = sampler.pair(path.index, Dimension::Lobe(lobe).at(path.depth));
+                if let Some(sample) = bxdf.sample(at, u) {
+                    seen += path.beta * sample.weight * environment.le(sample.wi);
+                }
+            } else {
+                tally.lose(path.beta * bxdf.albedo(at));
+            }
+        }
+        seen
+    }
+
+    /// Makes rays of a vertex until there are no more or the wave is full.
+    pub(super) fn make_rays(&self, vertex: &mut Vertex, sampler: &Sampler, wave: &mut Wave) {
+        while wave.len() < self.capacity
+            && let Some((lobe, number)) = vertex.leaving.take()
+        {
+            if let Some((path, ray)) = self.make_ray(vertex, lobe, number, sampler) {
+                let class = match vertex.bsdf.lobe(lobe).kind() {
+                    LobeKind::Diffuse => RayClass::Diffuse,
+                    LobeKind::Delta | LobeKind::Glossy => RayClass::Glossy,
+                };
+                wave.push(class, path, ray);
+            }
+        }
+    }
+
+    fn make_ray(&self, vertex: &Vertex, lobe: usize, number: u32, sampler: &Sampler) -> Option<(Path, Ray)> {
+        let Vertex { path, point, bsdf, leaving } = vertex;
+        let settings = &self.scene.settings;
+        let index = path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
+        let bxdf = bsdf.lobe(lobe);
+        let sample = bxdf.sample(&point.at, sampler.pair(index, Dimension::Lobe(lobe).at(path.depth)))?;
+        let mut beta = path.beta * sample.weight * leaving.rate[lobe].recip();
+        if path.depth >= settings.max_depth && !leaving.emission_only[lobe] {
+            // A survivor stands for those that were ended: Arvo and Kirk 1990.
+            let survival = beta.max_channel().min(MAX_SURVIVAL);
+            if sampler.pair(index, Dimension::Choice.at(path.depth))[1] >= survival {
+                return None;
+            }
+            beta *= survival.recip();
+        }
+        if beta.is_black() {
+            return None;
+        }
+        let child = Path {
+            beta,
+            slot: path.slot,
+            index,
+            depth: path.depth + 1,
+            glossy_depth: path.glossy_depth + u32::from(bxdf.kind() == LobeKind::Glossy),
+            split: path.split,
+            ln_rate: sample.ln_pdf + leaving.rate[lobe].ln(),
+            receiver_n: point.at.n,
+            emission_only: leaving.emission_only[lobe],
+        };
+        Some((child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit)))
+    }
+}
+
+/// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
+const MAX_SURVIVAL: f32 = 0.99;
+
+/// The first index at which the running sum of the weights exceeds `x`; the last that has a weight if none does.
+fn choose(weights: &[f32], x: f32) -> usize {
+    let mut sum = 0.0;
+    let mut chosen = 0;
+    for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+        chosen = i;
+        sum += w;
+        if x < sum {
+            break;
+        }
+    }
+    chosen
+}

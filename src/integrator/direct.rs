@@ -1,0 +1,122 @@
+//! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
+//! an emitter, each weighted where it is the better (Veach and Guibas 1995).
+
+use super::bounce::{Dimension, Leaving};
+use super::path::Path;
+use super::wave::Integrator;
+use crate::bxdf::{Bsdf, Bxdf, LobeKind};
+use crate::core::{Ray, Rgb, Sampler};
+use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
+
+/// Light that arrives if nothing is in the way of a ray.
+pub(super) struct Unoccluded {
+    /// Radiance times the path's weight.
+    pub radiance: Rgb,
+    /// The way that must be free; `None` for a light that casts no shadow.
+    pub ray: Option<Ray>,
+}
+
+/// The power heuristic for a technique of density `exp(ln_mine)` against one of `exp(ln_other)`.
+///
+/// In logarithms, since the density of a sharp lobe squared overflows.
+#[inline]
+fn power_heuristic(ln_mine: f32, ln_other: f32) -> f32 {
+    if ln_other == f32::NEG_INFINITY || ln_mine == f32::INFINITY {
+        return 1.0;
+    }
+    1.0 / (1.0 + (2.0 * (ln_other - ln_mine)).exp())
+}
+
+impl Integrator<'_> {
+    /// One light's share of the radiance that leaves `point` towards the viewer.
+    pub(super) fn sample_light(
+        &self,
+        path: &Path,
+        point: &SurfaceInteraction,
+        bsdf: &Bsdf,
+        leaving: &Leaving,
+        sampler: &Sampler,
+    ) -> Option<Unoccluded> {
+        if !bsdf.lobes().any(|bxdf| bxdf.kind() != LobeKind::Delta) {
+            return None;
+        }
+        let receiver = Receiver { p: point.p, n: point.at.n };
+        let choice = sampler.single(path.index, Dimension::LightChoice.at(path.depth));
+        let u = sampler.pair(path.index, Dimension::LightDirection.at(path.depth));
+        let light = self.scene.lights.sample(&receiver, choice, u)?;
+        let mut reflected = Rgb::BLACK;
+        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+            let weight = self.light_weight(path, point, bxdf, leaving.rate[lobe], &light);
+            if weight > 0.0 {
+                reflected += bxdf.f_cos(&point.at, light.wi) * weight;
+            }
+        }
+        let radiance = path.beta * reflected * light.le_over_pdf;
+        if radiance.is_black() {
+            return None;
+        }
+        let ray = light.shadow.then(|| point.spawn(light.wi, light.t_max, self.scene.settings.self_hit));
+        Some(Unoccluded { radiance, ray })
+    }
+
+    /// How much a light sample counts for a lobe, where `rate` rays of the lobe might find the same light.
+    fn light_weight(
+        &self,
+        path: &Path,
+        point: &SurfaceInteraction,
+        bxdf: &Bxdf,
+        rate: f32,
+        light: &LightSample,
+    ) -> f32 {
+        let settings = &self.scene.settings;
+        let beyond_reach = light.ln_pdf == f32::INFINITY;
+        match bxdf.kind() {
+            LobeKind::Delta => 0.0,
+            LobeKind::Glossy if beyond_reach && !settings.highlights => 0.0,
+            // What a glossy lobe shows lies one reflection further on, which the path may not take.
+            LobeKind::Glossy if rate == 0.0 && path.depth >= settings.max_depth => 0.0,
+            _ if beyond_reach => 1.0,
+            _ => match settings.direct_light {
+                DirectLight::Light => 1.0,
+                DirectLight::Lobe => 0.0,
+                DirectLight::Mis if rate == 0.0 => 1.0,
+                DirectLight::Mis => {
+                    power_heuristic(light.ln_pdf, bxdf.ln_pdf(&point.at, light.wi) + rate.ln())
+                }
+            },
+        }
+    }
+
+    /// How much the emission counts that a path's ray has found on a surface.
+    pub(super) fn emitter_weight(&self, path: &Path, ray: &Ray, hit: &EmitterHit) -> f32 {
+        self.found_weight(path, || {
+            let receiver = Receiver { p: ray.origin, n: path.receiver_n };
+            self.scene.lights.ln_pdf(&receiver, hit)
+        })
+    }
+
+    /// How much the environment counts that a path's ray has found.
+    pub(super) fn environment_weight(&self, path: &Path, ray: &Ray) -> f32 {
+        self.found_weight(path, || {
+            let receiver = Receiver { p: ray.origin, n: path.receiver_n };
+            self.scene.lights.ln_pdf_environment(&receiver, ray.dir)
+        })
+    }
+
+    fn found_weight(&self, path: &Path, ln_pdf_of_light: impl FnOnce() -> f32) -> f32 {
+        if path.ln_rate == f32::INFINITY {
+            return 1.0;
+        }
+        match self.scene.settings.direct_light {
+            DirectLight::Lobe => 1.0,
+            DirectLight::Mis => power_heuristic(path.ln_rate, ln_pdf_of_light()),
+            DirectLight::Light if ln_pdf_of_light() == f32::NEG_INFINITY => 1.0,
+            DirectLight::Light => 0.0,
+        }
+    }
+}
+
+/// The emitter that a ray has found.
+pub(super) fn emitter_hit(light: u32, ray: &Ray, t: f32, point: &SurfaceInteraction) -> EmitterHit {
+    EmitterHit { light, prim_id: point.prim_id, wi: ray.dir, t, ng: point.at.ng }
+}

@@ -1,0 +1,99 @@
+//! The state of a path between two surfaces, and of a surface whose rays are still to be made.
+
+use super::bounce::Leaving;
+use super::tally::RayClass;
+use crate::bxdf::Bsdf;
+use crate::core::{Ray, Rgb};
+use crate::scene::SurfaceInteraction;
+use glam::Vec3;
+
+/// A path on its way along a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Path {
+    /// Weight of whatever the ray will find.
+    pub beta: Rgb,
+    /// The camera sample of the wave that it belongs to.
+    pub slot: u32,
+    /// Index of its random numbers; the m rays of a split hit take m consecutive ones.
+    pub index: u32,
+    /// Reflections so far.
+    pub depth: u32,
+    /// Glossy reflections so far.
+    pub glossy_depth: u32,
+    /// Rays that leave its first glossy hit.
+    pub split: u32,
+    /// Logarithm of rays times density with which the last lobe goes this way; infinite where no light sample
+    /// competes: from the camera and from mirrors.
+    pub ln_rate: f32,
+    /// Normal of the surface that the ray left: what the light's density depends on.
+    pub receiver_n: Vec3,
+    /// Whether only light that comes straight from a light counts.
+    pub emission_only: bool,
+}
+
+impl Path {
+    /// A path that starts at the camera.
+    pub(super) fn from_camera(slot: u32, index: u32, split: u32) -> Self {
+        Self {
+            beta: Rgb::WHITE,
+            slot,
+            index,
+            depth: 0,
+            glossy_depth: 0,
+            split,
+            ln_rate: f32::INFINITY,
+            receiver_n: Vec3::Z,
+            emission_only: false,
+        }
+    }
+}
+
+/// Paths and their rays, side by side.
+#[derive(Default)]
+pub(super) struct Rays {
+    pub paths: Vec<Path>,
+    pub rays: Vec<Ray>,
+}
+
+impl Rays {
+    fn clear(&mut self) {
+        self.paths.clear();
+        self.rays.clear();
+    }
+}
+
+/// The rays that take the next step: those of one class together, so that each can be asked, and timed, in its way.
+#[derive(Default)]
+pub(super) struct Wave {
+    /// By the number of their [`RayClass`]; shadow rays are never part of a wave.
+    pub classes: [Rays; 3],
+}
+
+impl Wave {
+    pub(super) fn push(&mut self, class: RayClass, path: Path, ray: Ray) {
+        let rays = &mut self.classes[class as usize];
+        rays.paths.push(path);
+        rays.rays.push(ray);
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.classes.iter().map(|c| c.rays.len()).sum()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.classes.iter_mut().for_each(Rays::clear);
+    }
+}
+
+/// A surface that a path has reached and the rays that shall leave it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    /// The path that came.
+    pub path: Path,
+    /// Where it came to.
+    pub point: SurfaceInteraction,
+    /// What is there.
+    pub bsdf: Bsdf,
+    /// Which rays leave.
+    pub leaving: Leaving,
+}

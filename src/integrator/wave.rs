@@ -1,0 +1,272 @@
+//! The wave loop: all paths of a wave take one step together.
+
+use super::direct::Unoccluded;
+use super::path::{Path, Rays, Vertex, Wave};
+use super::tally::{RayClass, RayLog, Tally};
+use crate::accel::{Accelerator, Coherence};
+use crate::core::{Hit, Ray, Rgb, Sampler};
+use crate::film::{Film, PixelRect, RadianceSum};
+use crate::scene::Scene;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Paths in a wave, at most.
+///
+/// Memory is bounded by this times the depth, whatever the numbers of samples.
+const CAPACITY: usize = 4096;
+
+/// Radiance of camera samples, by waves of rays.
+pub struct Integrator<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) accel: &'a dyn Accelerator,
+    pub(super) has_lights: bool,
+    pub(super) capacity: usize,
+    log: Option<&'a dyn RayLog>,
+}
+
+/// A camera sample of the wave in work: where its radiance comes together.
+struct Root {
+    /// Its pixel, as an index into the tile's film.
+    pixel: u32,
+    /// The pixel's random numbers.
+    sampler: Sampler,
+    /// Its radiance so far.
+    sum: [RadianceSum; 3],
+}
+
+/// Samples to be taken.
+#[derive(Clone, Debug)]
+pub struct Work<'a> {
+    /// Of which pixels of the image, in the order of [`z_order`].
+    pub pixels: &'a [(u32, u32)],
+    /// Which samples of each.
+    pub samples: Range<u32>,
+    /// Rays that leave a path's first glossy hit.
+    pub split: u32,
+}
+
+/// Buffers that one thread keeps from tile to tile, so that nothing is allocated per ray.
+#[derive(Default)]
+pub struct Scratch {
+    roots: Vec<Root>,
+    wave: Wave,
+    next: Wave,
+    hits: Vec<Option<Hit>>,
+    shadows: Shadows,
+    waiting: Waiting,
+}
+
+/// Shadow rays and the light that each lets through.
+#[derive(Default)]
+struct Shadows {
+    rays: Vec<Ray>,
+    light: Vec<(u32, Rgb)>,
+    occluded: Vec<bool>,
+}
+
+/// Vertices with more rays than the next wave had room for: a list per depth of splitting, the deepest last.
+#[derive(Default)]
+struct Waiting {
+    lists: Vec<Vec<Vertex>>,
+    /// Emptied lists, to be filled again.
+    spare: Vec<Vec<Vertex>>,
+}
+
+impl<'a> Integrator<'a> {
+    /// An integrator for a scene and the structure built from its shapes.
+    pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
+        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY, log: None }
+    }
+
+    /// Tells `log` of every ray.
+    pub fn with_log(mut self, log: Option<&'a dyn RayLog>) -> Self {
+        self.log = log;
+        self
+    }
+
+    /// Adds the samples of `work` to a film that holds its pixels.
+    ///
+    /// Each sample's radiance depends on the scene, the settings, the pixel, the sample's number and the splitting
+    /// alone. Returns early, with some of the samples done in full, when `stop` becomes true: the samples of a pixel
+    /// are always done in the order of their numbers.
+    pub fn render(
+        &self,
+        film: &mut Film,
+        work: &Work,
+        scratch: &mut Scratch,
+        tally: &mut Tally,
+        stop: &AtomicBool,
+    ) {
+        let per_wave = (self.capacity / work.pixels.len().max(1)).max(1) as u32;
+        let mut first = work.samples.start;
+        while first < work.samples.end {
+            let last = work.samples.end.min(first.saturating_add(per_wave));
+            for block in work.pixels.chunks(self.capacity) {
+                if stop.load(Ordering::Relaxed) {
+                    return;
+                }
+                self.start(film.rect, &Work { pixels: block, samples: first..last, ..*work }, scratch);
+                self.trace(scratch, tally);
+                tally.samples += scratch.roots.len() as u64;
+                for root in &scratch.roots {
+                    film.pixels[root.pixel as usize].add(root.sum);
+                }
+            }
+            first = last;
+        }
+    }
+
+    /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
+    /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
+    fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
+        let settings = &self.scene.settings;
+        scratch.roots.clear();
+        scratch.wave.clear();
+        for block in work.pixels.chunks(8) {
+            for index in work.samples.clone() {
+                for &(x, y) in block {
+                    let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
+                    let [dx, dy] = sampler.pair(index, 0);
+                    let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
+                    let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
+                    scratch.wave.push(RayClass::Primary, path, Ray::new(self.scene.camera.eye, dir));
+                    let pixel = (y - rect.y0) * rect.width() + (x - rect.x0);
+                    scratch.roots.push(Root { pixel, sampler, sum: Default::default() });
+                }
+            }
+        }
+    }
+
+    /// Follows the paths of the first wave to their ends, depth first where they split.
+    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally) {
+        loop {
+            self.step(scratch, tally);
+            std::mem::swap(&mut scratch.wave, &mut scratch.next);
+            scratch.next.clear();
+            if scratch.wave.len() == 0 && !self.refill(scratch) {
+                return;
+            }
+        }
+    }
+
+    /// One step of all paths of the wave: where their rays go, what is there, and which rays leave.
+    fn step(&self, scratch: &mut Scratch, tally: &mut Tally) {
+        scratch.shadows.rays.clear();
+        scratch.shadows.light.clear();
+        let empty = scratch.waiting.spare.pop().unwrap_or_default();
+        scratch.waiting.lists.push(empty);
+        for class in [RayClass::Primary, RayClass::Glossy, RayClass::Diffuse] {
+            self.ask(class, scratch, tally);
+            self.shade_all(class, scratch, tally);
+        }
+        let Waiting { lists, spare } = &mut scratch.waiting;
+        spare.extend(lists.pop_if(|list| list.is_empty()));
+        self.let_light_through(&mut scratch.shadows, &mut scratch.roots, tally);
+    }
+
+    /// Asks for the hits of one class of the wave.
+    fn ask(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
+        let Scratch { wave, hits, .. } = scratch;
+        let rays = &wave.classes[class as usize].rays;
+        hits.clear();
+        hits.resize(rays.len(), None);
+        if rays.is_empty() {
+            return;
+        }
+        let coherence = if class == RayClass::Primary { Coherence::Coherent } else { Coherence::Incoherent };
+        self.log.inspect(|log| log.record(class, rays));
+        tally.time(class, rays.len(), || self.accel.intersect(rays, coherence, hits));
+    }
+
+    /// Shades the hits of one class of the wave.
+    fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
+        let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
+        let Rays { paths, rays } = &wave.classes[class as usize];
+        for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
+            let root = &mut roots[path.slot as usize];
+            let Some(hit) = hit else {
+                deposit(&mut root.sum, self.miss(path, ray), tally);
+                continue;
+            };
+            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
+            deposit(&mut root.sum, shaded.radiance, tally);
+            match shaded.direct {
+                Some(Unoccluded { radiance, ray: Some(ray) }) => {
+                    shadows.rays.push(ray);
+                    shadows.light.push((path.slot, radiance));
+                }
+                Some(Unoccluded { radiance, ray: None }) => deposit(&mut root.sum, radiance, tally),
+                None => {}
+            }
+            if let Some(mut vertex) = shaded.vertex {
+                self.make_rays(&mut vertex, &root.sampler, next);
+                if vertex.leaving.remaining() > 0 {
+                    waiting.lists.last_mut().expect("each step begins with a list").push(vertex);
+                }
+            }
+        }
+    }
+
+    /// Asks the shadow rays and adds the light of those that nothing stops.
+    fn let_light_through(&self, shadows: &mut Shadows, roots: &mut [Root], tally: &mut Tally) {
+        let Shadows { rays, light, occluded } = shadows;
+        if rays.is_empty() {
+            return;
+        }
+        occluded.clear();
+        occluded.resize(rays.len(), false);
+        self.log.inspect(|log| log.record(RayClass::Shadow, rays));
+        tally.time(RayClass::Shadow, rays.len(), || {
+            self.accel.occluded(rays, Coherence::Incoherent, occluded);
+        });
+        for (&(slot, radiance), &occluded) in light.iter().zip(&*occluded) {
+            if !occluded {
+                deposit(&mut roots[slot as usize].sum, radiance, tally);
+            }
+        }
+    }
+
+    /// Fills an empty wave with rays that had to wait, the deepest first. Whether there were any.
+    fn refill(&self, scratch: &mut Scratch) -> bool {
+        let Scratch { roots, wave, waiting: Waiting { lists, spare }, .. } = scratch;
+        while wave.len() < self.capacity
+            && let Some(list) = lists.last_mut()
+        {
+            while wave.len() < self.capacity
+                && let Some(vertex) = list.last_mut()
+            {
+                self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave);
+                if vertex.leaving.remaining() == 0 {
+                    list.pop();
+                }
+            }
+            if list.is_empty() {
+                spare.extend(lists.pop());
+            }
+        }
+        wave.len() > 0
+    }
+}
+
+/// Adds light to a camera sample.
+#[inline]
+fn deposit(sum: &mut [RadianceSum; 3], radiance: Rgb, tally: &mut Tally) {
+    if !radiance.is_black() && tally.dropped.accepts(radiance) {
+        for (sum, channel) in sum.iter_mut().zip(radiance.to_array()) {
+            *sum += RadianceSum::from_finite(channel);
+        }
+    }
+}
+
+/// The pixels of a tile along a Z-order curve of blocks of 4 x 2.
+pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
+    let mut order: Vec<_> =
+        (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))).collect();
+    order.sort_by_cached_key(|&(x, y)| (interleave(x / 4) | interleave(y / 2) << 1, y, x));
+    order
+}
+
+/// Spreads the 32 bits of a number over the even bits of another.
+fn interleave(x: u32) -> u64 {
+    (0..32).fold(0, |z, bit| z | u64::from(x >> bit & 1) << (2 * bit))
+}

@@ -1,0 +1,59 @@
+//! How to render, as far as the file says so.
+
+use crate::bxdf::Horizon;
+use crate::core::SamplerKind;
+use crate::scene::preset::Preset;
+use crate::scene::settings::{AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// How to render; what is left out is the preset's.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub struct SettingsDesc {
+    /// Where the rest comes from.
+    pub preset: Preset,
+    /// Camera samples per pixel.
+    pub spp: Option<u32>,
+    /// Reflected bounces.
+    pub max_depth: Option<u32>,
+    /// What a path sees beyond them.
+    pub at_max_depth: Option<AtMaxDepth>,
+    /// Rays per glossy hit: a number for the first one on a path, a list for the first, second, ... or
+    /// `{ branch = n }` for every one.
+    pub glossy_samples: Option<GlossySamples>,
+    /// What becomes of glossy directions below the surface, for materials that do not say.
+    pub horizon: Option<Horizon>,
+    /// Against hitting the surface that a ray leaves.
+    pub self_hit: Option<SelfHit>,
+    /// How direct light is found.
+    pub direct_light: Option<DirectLight>,
+    /// Whether diffuse surfaces see other surfaces or only lights.
+    pub diffuse_bounces: Option<bool>,
+    /// Whether point and directional lights shine on glossy lobes.
+    pub highlights: Option<bool>,
+    /// Which numbers are drawn.
+    pub sampler: Option<SamplerKind>,
+    /// Which of all their sequences.
+    pub seed: Option<u32>,
+}
+
+impl SettingsDesc {
+    /// The preset's settings with all that is written put in their place.
+    pub fn resolve(&self) -> Settings {
+        let preset = self.preset.settings();
+        Settings {
+            spp: self.spp.unwrap_or(preset.spp),
+            max_depth: self.max_depth.unwrap_or(preset.max_depth),
+            at_max_depth: self.at_max_depth.unwrap_or(preset.at_max_depth),
+            glossy_samples: self.glossy_samples.clone().unwrap_or(preset.glossy_samples),
+            horizon: self.horizon.unwrap_or(preset.horizon),
+            self_hit: self.self_hit.unwrap_or(preset.self_hit),
+            direct_light: self.direct_light.unwrap_or(preset.direct_light),
+            diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
+            highlights: self.highlights.unwrap_or(preset.highlights),
+            sampler: self.sampler.unwrap_or(preset.sampler),
+            seed: self.seed.unwrap_or(preset.seed),
+        }
+    }
+}

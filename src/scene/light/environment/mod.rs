@@ -1,0 +1,120 @@
+//! Radiance from beyond everything.
+
+mod broad;
+mod cumulative;
+mod gradient;
+mod image;
+mod studio;
+
+pub use gradient::Gradient;
+pub use image::{EnvironmentImage, EnvironmentImageError};
+pub use studio::{Softbox, Studio};
+
+use super::{LightSample, Receiver};
+use crate::core::Rgb;
+use glam::Vec3;
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+/// Radiance from beyond everything.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same from everywhere.
+    Constant(Rgb),
+    /// Between a horizon and two poles.
+    Gradient(Gradient),
+    /// Softboxes before a gradient.
+    Studio(Arc<Studio>),
+    /// A photograph of all directions.
+    Image(Arc<EnvironmentImage>),
+}
+
+impl Environment {
+    /// The same radiance from everywhere.
+    pub fn constant(radiance: Rgb) -> Self {
+        Self::Constant(radiance)
+    }
+
+    /// Radiance that is linear in the cosine to `up`: `horizon` at right angles to it, `zenith` along it, `nadir`
+    /// against it. `max(0, up . w) colour` has a black horizon and nadir. `up` need not have unit length.
+    pub fn gradient(up: Vec3, zenith: Rgb, horizon: Rgb, nadir: Rgb) -> Self {
+        Self::Gradient(Gradient { up: up.try_normalize().unwrap_or(Vec3::Y), zenith, horizon, nadir })
+    }
+
+    /// Softboxes before a gradient.
+    pub fn studio(background: Gradient, softboxes: Vec<Softbox>) -> Self {
+        Self::Studio(Arc::new(Studio::new(background, softboxes)))
+    }
+
+    /// The studio of a product shot: see [`Studio::product_shot`].
+    pub fn product_shot(scale: f32, rotation_deg: f32) -> Self {
+        Self::Studio(Arc::new(Studio::product_shot(scale, rotation_deg)))
+    }
+
+    /// A lat-long image, row by row from the zenith (+y) down: see [`EnvironmentImage::new`].
+    ///
+    /// # Errors
+    /// If there is no pixel, their count is not `width * height`, or one is not a finite number.
+    pub fn image(
+        width: usize,
+        height: usize,
+        pixels: Vec<Rgb>,
+        rotation_deg: f32,
+        scale: f32,
+    ) -> Result<Self, EnvironmentImageError> {
+        EnvironmentImage::new(width, height, pixels, rotation_deg, scale).map(|i| Self::Image(Arc::new(i)))
+    }
+
+    /// Radiance from the unit direction `wi`, which points towards the environment.
+    #[inline]
+    pub fn le(&self, wi: Vec3) -> Rgb {
+        match self {
+            Self::Constant(le) => *le,
+            Self::Gradient(gradient) => gradient.le(wi),
+            Self::Studio(studio) => studio.le(wi),
+            Self::Image(image) => image.le(wi),
+        }
+    }
+
+    /// About how much arrives on a surface: pi times the mean radiance of all directions.
+    pub fn irradiance(&self) -> Rgb {
+        let mean = match self {
+            Self::Constant(le) => *le,
+            Self::Gradient(gradient) => gradient.mean(),
+            Self::Studio(studio) => studio.mean(),
+            Self::Image(image) => image.mean(),
+        };
+        mean * PI
+    }
+
+    /// A direction with its radiance; `None` where there is none. `choice` and `u` are in `[0, 1)`.
+    #[inline]
+    pub(super) fn sample(&self, to: &Receiver, choice: f64, u: [f32; 2]) -> Option<LightSample> {
+        let wi = match self {
+            Self::Constant(_) | Self::Gradient(_) => broad::sample(to.n, u),
+            Self::Studio(studio) => studio.sample(to.n, choice, u),
+            Self::Image(image) => image.sample(choice, u),
+        };
+        let (le, pdf) = match self {
+            Self::Image(image) => image.le_and_pdf(wi),
+            _ => (self.le(wi), self.pdf(to, wi)),
+        };
+        (pdf > 0.0).then(|| LightSample {
+            wi,
+            t_max: f32::INFINITY,
+            le_over_pdf: le / pdf,
+            ln_pdf: pdf.ln(),
+            shadow: true,
+        })
+    }
+
+    /// The density of [`sample`](Self::sample) at `wi` over solid angle.
+    #[inline]
+    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
+        match self {
+            Self::Constant(_) | Self::Gradient(_) => broad::pdf(to.n, wi),
+            Self::Studio(studio) => studio.pdf(to.n, wi),
+            Self::Image(image) => image.pdf(wi),
+        }
+    }
+}

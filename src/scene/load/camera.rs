@@ -1,0 +1,60 @@
+//! The camera in the unit world.
+
+use super::SceneError;
+use super::source::At;
+use crate::scene::desc::CameraDesc;
+use crate::scene::{Camera, World};
+
+/// The greatest width and height of an image.
+const LARGEST: u32 = 65_536;
+
+/// Field of view where the file gives none.
+const FOV_DEG: f64 = 40.0;
+
+/// The camera, checked.
+pub(super) fn build(desc: &CameraDesc, at: &At<'_>, world: &World) -> Result<Camera, SceneError> {
+    if let Some(i) = desc.resolution.iter().position(|n| !(1..=LARGEST).contains(n)) {
+        let n = desc.resolution[i];
+        let message = format!("{n} pixels: width and height must be from 1 to {LARGEST}");
+        return Err(at.key("resolution").key(i).fail(message));
+    }
+    let eye = at.vector("eye", desc.eye)?;
+    let eye_in_unit = world.to_unit(eye);
+    if !eye_in_unit.is_finite() {
+        return Err(at.key("eye").fail("too far away for the size of the scene"));
+    }
+    let look_at = at.vector("look_at", desc.look_at)?;
+    let up = at.direction("up", desc.up)?;
+    let Some(forward) = (look_at - eye).try_normalize() else {
+        return Err(at.key("look_at").fail("the same point as `eye`: the camera needs a direction"));
+    };
+    if forward.cross(up).length() < 1e-6 {
+        let message = "parallel to the direction from `eye` to `look_at`: choose another, such as [0, 0, 1]";
+        return Err(at.key("up").fail(message));
+    }
+    let pixel = pixel_at_unit_distance(desc, at)? / at.positive("zoom", desc.zoom)?;
+    Ok(Camera::look_at(eye_in_unit, forward, up, pixel, desc.resolution))
+}
+
+/// Edge of a pixel on the plane at distance 1, before zoom.
+fn pixel_at_unit_distance(desc: &CameraDesc, at: &At<'_>) -> Result<f64, SceneError> {
+    match (desc.fov_deg, desc.view_plane_distance, desc.pixel_size) {
+        (fov_deg, None, None) => {
+            let fov_deg = at.positive("fov_deg", fov_deg.unwrap_or(FOV_DEG))?;
+            if fov_deg >= 180.0 {
+                return Err(at.key("fov_deg").fail(format!("{fov_deg} degrees: it must be below 180")));
+            }
+            Ok(2.0 * (0.5 * fov_deg.to_radians()).tan() / f64::from(desc.resolution[1]))
+        }
+        (None, Some(distance), pixel_size) => {
+            let distance = at.positive("view_plane_distance", distance)?;
+            Ok(at.positive("pixel_size", pixel_size.unwrap_or(1.0))? / distance)
+        }
+        (None, None, Some(_)) => {
+            Err(at.key("pixel_size").fail("goes with `view_plane_distance`, which is missing"))
+        }
+        (Some(_), ..) => Err(at
+            .key("fov_deg")
+            .fail("goes without `view_plane_distance` and `pixel_size`: give the one or the others")),
+    }
+}

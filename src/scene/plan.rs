@@ -1,0 +1,184 @@
+//! What a scene requires of a render, and what is therefore left out.
+
+use super::{
+    AtMaxDepth, DirectLight, Environment, GlossySamples, Light, Material, Scene, SelfHit, Settings, Specular,
+};
+use crate::bxdf::microfacet::Ggx;
+use crate::geometry::Shape;
+use crate::scene::settings::MAX_AUTO_SPLIT;
+
+/// What a scene requires; a stage that it does not ask for does not run.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Plan {
+    /// Triangles of all shapes.
+    pub triangles: usize,
+    /// Analytic spheres of all shapes.
+    pub spheres: usize,
+    /// Bytes of the shapes' buffers.
+    pub shape_bytes: usize,
+    /// Whether a surface reflects diffusely.
+    pub has_diffuse: bool,
+    /// Whether a surface reflects about the mirror direction.
+    pub has_glossy: bool,
+    /// Whether a surface is a mirror or smooth glass.
+    pub has_delta: bool,
+    /// Whether rays go on from surfaces.
+    pub bounces: bool,
+    /// Rays into which the first glossy hit of a path splits.
+    pub split: u32,
+    /// The most glossy rays that one camera ray can lead to, if there is a bound.
+    pub glossy_rays_bound: Option<f64>,
+    /// Whether directions towards lights are sampled.
+    pub samples_lights: bool,
+    /// Whether shadow rays are asked.
+    pub shadow_rays: bool,
+    /// Whether the environment is sampled by a table of its radiance.
+    pub environment_table: bool,
+    /// Whether rays say what they must not hit: else an accelerator need not be ready for it.
+    pub needs_skip: bool,
+}
+
+impl Plan {
+    /// The plan for a scene with its settings.
+    pub fn of(scene: &Scene) -> Self {
+        let settings = &scene.settings;
+        let used = || scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
+        let has_diffuse = used().any(|m| m.diffuse.is_some());
+        let (has_glossy, has_delta) = (used().any(is_glossy), used().any(is_delta));
+        let has_lobes = has_diffuse || has_glossy || has_delta;
+        let goes_on = settings.max_depth > 0 || settings.at_max_depth == AtMaxDepth::Roulette;
+        let lights = LightUse::of(scene, has_diffuse, has_glossy);
+        let bounces = has_lobes && goes_on;
+        Self {
+            triangles: count(scene, |s| matches!(s, Shape::Mesh(_))),
+            spheres: count(scene, |s| matches!(s, Shape::Spheres(_))),
+            shape_bytes: scene.shapes.iter().map(Shape::memory_bytes).sum(),
+            has_diffuse,
+            has_glossy,
+            has_delta,
+            bounces,
+            split: if has_glossy && goes_on { settings.glossy_samples.at(0) } else { 1 },
+            glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
+            samples_lights: lights.samples,
+            shadow_rays: lights.shadows,
+            environment_table: lights.table,
+            needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
+        }
+    }
+
+    /// What will run and what is left out, a sentence a line.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![];
+        let mut say = |runs: bool, yes: &str, no: &str| {
+            lines.push(if runs { yes.to_owned() } else { format!("left out: {no}") });
+        };
+        say(
+            self.bounces,
+            "reflected rays are traced",
+            "reflected rays (nothing reflects, or the depth is 0)",
+        );
+        say(
+            self.has_glossy && self.split > 1,
+            &format!("the first glossy hit splits into {} rays", self.split),
+            "splitting (no glossy surface, or one ray per hit)",
+        );
+        say(
+            self.samples_lights,
+            "directions to lights are sampled",
+            "sampling of lights (none that lights a rough surface)",
+        );
+        say(self.shadow_rays, "shadow rays are asked", "shadow rays (no sampled light casts a shadow)");
+        say(
+            self.environment_table,
+            "the environment is sampled by its radiance",
+            "the environment's table (no environment of varying radiance is sampled)",
+        );
+        say(
+            self.needs_skip,
+            "rays skip the surface that they leave",
+            "the skip rule (no ray leaves a surface, or the offset alone is asked for)",
+        );
+        match self.glossy_rays_bound {
+            Some(most) if most > 1e4 => {
+                lines.push(format!("up to {most:.4e} glossy rays follow one camera ray"));
+            }
+            _ => {}
+        }
+        lines
+    }
+}
+
+fn count(scene: &Scene, of_kind: impl Fn(&Shape) -> bool) -> usize {
+    scene.shapes.iter().filter(|s| of_kind(s)).map(Shape::primitive_count).sum()
+}
+
+fn is_glossy(material: &Material) -> bool {
+    match material.specular {
+        Specular::CosinePower { .. } | Specular::Plastic { .. } => true,
+        Specular::Conductor { alpha, .. } => !Ggx { alpha }.is_smooth(),
+        Specular::None | Specular::Mirror(_) | Specular::Dielectric { .. } => false,
+    }
+}
+
+fn is_delta(material: &Material) -> bool {
+    match material.specular {
+        Specular::Mirror(_) | Specular::Dielectric { .. } => true,
+        Specular::Conductor { alpha, .. } => Ggx { alpha }.is_smooth(),
+        Specular::None | Specular::CosinePower { .. } | Specular::Plastic { .. } => false,
+    }
+}
+
+/// The most glossy rays per camera ray: all hits glossy, to the greatest depth. `None` if there is none.
+fn glossy_rays_bound(settings: &Settings) -> Option<f64> {
+    if settings.at_max_depth == AtMaxDepth::Roulette {
+        return None;
+    }
+    let depth = f64::from(settings.max_depth);
+    Some(match &settings.glossy_samples {
+        GlossySamples::First(m) => f64::from(*m) * depth,
+        GlossySamples::Branch { branch: 1 } => depth,
+        GlossySamples::Auto(_) => f64::from(MAX_AUTO_SPLIT) * depth,
+        // The sum of m + m^2 + ... + m^D.
+        GlossySamples::Branch { branch } => {
+            let m = f64::from(*branch);
+            m * (m.powf(depth) - 1.0) / (m - 1.0)
+        }
+        GlossySamples::PerDepth(list) => {
+            let listed = &list[..list.len().min(settings.max_depth as usize)];
+            let (rays, sum) = listed.iter().fold((1.0, 0.0), |(rays, sum), &m| {
+                let rays = rays * f64::from(m);
+                (rays, sum + rays)
+            });
+            sum + rays * (depth - listed.len() as f64)
+        }
+    })
+}
+
+/// How the scene's lights are used.
+struct LightUse {
+    samples: bool,
+    shadows: bool,
+    table: bool,
+}
+
+impl LightUse {
+    fn of(scene: &Scene, has_diffuse: bool, has_glossy: bool) -> Self {
+        let settings = &scene.settings;
+        // Lights that no ray can hit are sampled in any case, the others where the settings say so.
+        let takes_points = has_diffuse || (has_glossy && settings.highlights);
+        let takes_others = (has_diffuse || has_glossy) && settings.direct_light != DirectLight::Lobe;
+        let (mut samples, mut shadows) = (false, false);
+        for light in &scene.lights.lights {
+            let (sampled, shadow) = match light {
+                Light::Point(light) => (takes_points, light.shadow),
+                Light::Directional(light) => (takes_points, light.shadow),
+                Light::Rectangle(_) | Light::Sphere(_) | Light::Mesh(_) => (takes_others, true),
+            };
+            samples |= sampled;
+            shadows |= sampled && shadow;
+        }
+        let environment = scene.lights.environment.as_ref().filter(|_| takes_others);
+        let table = environment.is_some_and(|e| matches!(e, Environment::Studio(_) | Environment::Image(_)));
+        Self { samples: samples || environment.is_some(), shadows: shadows || environment.is_some(), table }
+    }
+}

@@ -1,0 +1,182 @@
+//! The wave loop against closed forms, on scenes made by hand.
+
+use glam::{DVec3, Vec3};
+use gloss::accel::{self, Backend, BuildOptions};
+use gloss::bxdf::Horizon;
+use gloss::core::Rgb;
+use gloss::geometry::{Shape, Sphere};
+use gloss::render::{Outcome, RenderOptions, Silent, render};
+use gloss::scene::{
+    AtMaxDepth, Camera, Geometry, GlossySamples, Lights, Material, Scene, Settings, Specular, Texture, World,
+};
+use std::sync::atomic::AtomicBool;
+
+/// The inside of a sphere whose wall shines with radiance 1 and reflects the fraction `k` of all light.
+fn furnace(specular: Specular, settings: Settings) -> Scene {
+    let resolution = [8, 8];
+    Scene {
+        camera: Camera::look_at(Vec3::new(0.2, 0.1, 0.0), DVec3::Z, DVec3::Y, 0.1, resolution),
+        shapes: vec![Shape::Spheres([Sphere { center: Vec3::ZERO, radius: 1.0 }].into())],
+        geometries: vec![Geometry { name: "wall".into(), material: 0, light: None }],
+        materials: vec![Material {
+            name: "wall".into(),
+            ambient: None,
+            diffuse: None,
+            specular,
+            emission: Some(Rgb::WHITE),
+            emits_both_sides: true,
+        }],
+        lights: Lights::default(),
+        ambient: Rgb::BLACK,
+        world: World::IDENTITY,
+        settings,
+        warnings: vec![],
+        hash: String::new(),
+    }
+}
+
+fn glossy(k: f32, exponent: f32) -> Specular {
+    Specular::CosinePower { reflectance: Texture::Constant(Rgb::grey(k)), exponent, horizon: Horizon::Fold }
+}
+
+fn run(scene: &Scene, options: &RenderOptions<'_>) -> Outcome {
+    let accel = accel::build(Backend::Bvh, &scene.shapes, &BuildOptions::default()).unwrap();
+    render(scene, &*accel, options, &Silent, &AtomicBool::new(false))
+}
+
+fn series(k: f64, depth: i32) -> f64 {
+    (1.0 - k.powi(depth + 1)) / (1.0 - k)
+}
+
+#[test]
+fn a_closed_room_of_mirrors_sums_the_geometric_series() {
+    for depth in [0, 1, 5, 19] {
+        let settings =
+            Settings { spp: 1, max_depth: depth, at_max_depth: AtMaxDepth::Black, ..Default::default() };
+        for specular in [Specular::Mirror(Texture::Constant(Rgb::grey(0.9))), glossy(0.9, 10.0)] {
+            let outcome = run(&furnace(specular, settings.clone()), &RenderOptions::default());
+            assert!(outcome.film.dropped.is_empty());
+            assert!((outcome.tally.lost_throughput() - 0.9f64.powi(depth as i32 + 1)).abs() < 1e-5);
+            for pixel in outcome.film.image() {
+                assert!((f64::from(pixel.g) - series(0.9, depth as i32)).abs() < 1e-5, "{depth}: {pixel:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_way_of_splitting_sums_the_same_series() {
+    let ways = [
+        GlossySamples::First(9),
+        GlossySamples::PerDepth(vec![3, 2, 5]),
+        GlossySamples::Branch { branch: 4 },
+        GlossySamples::First(10_000),
+    ];
+    for glossy_samples in ways {
+        let settings = Settings {
+            spp: 2,
+            max_depth: 5,
+            at_max_depth: AtMaxDepth::Black,
+            glossy_samples: glossy_samples.clone(),
+            ..Default::default()
+        };
+        let outcome = run(&furnace(glossy(0.5, 3.0), settings), &RenderOptions::default());
+        for pixel in outcome.film.image() {
+            assert!((f64::from(pixel.r) - 1.96875).abs() < 1e-4, "{glossy_samples:?}: {pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn roulette_has_the_mean_and_the_variance_of_the_infinite_series() {
+    let settings =
+        Settings { spp: 4096, max_depth: 0, at_max_depth: AtMaxDepth::Roulette, ..Default::default() };
+    let outcome = run(&furnace(glossy(0.9, 100.0), settings), &RenderOptions::default());
+    let samples = f64::from(outcome.film.pixels.iter().map(|p| p.count).sum::<u32>());
+    let mean = outcome.film.image().iter().map(|p| f64::from(p.g)).sum::<f64>() / 64.0;
+    assert!((mean - 10.0).abs() < 5.0 * (90.0 / samples).sqrt(), "{mean}");
+    let variance = outcome.film.pixels.iter().map(|p| p.variance_of_mean() * 4096.0).sum::<f64>() / 64.0;
+    assert!((variance - 90.0).abs() < 4.0, "{variance}");
+    assert_eq!(outcome.tally.lost_throughput(), 0.0);
+}
+
+#[test]
+fn threads_tiles_and_crops_change_no_bit() {
+    let settings = Settings { spp: 8, glossy_samples: GlossySamples::First(700), ..Default::default() };
+    let scene = furnace(glossy(0.7, 20.0), settings);
+    let whole = run(&scene, &RenderOptions { threads: 1, ..Default::default() });
+    for (threads, tile_size) in [(2, 0), (3, 1), (1, 5), (2, 64)] {
+        let other = run(&scene, &RenderOptions { threads, tile_size, ..Default::default() });
+        assert_eq!(whole.film.pixels, other.film.pixels, "{threads} threads, tiles of {tile_size}");
+        assert_eq!(whole.tally.all_rays().rays, other.tally.all_rays().rays);
+    }
+    let crop = gloss::film::PixelRect { x0: 3, y0: 2, x1: 7, y1: 5 };
+    let part = run(&scene, &RenderOptions { crop: Some(crop), ..Default::default() });
+    for (i, pixel) in part.film.pixels.iter().enumerate() {
+        let (x, y) = (3 + i % 4, 2 + i / 4);
+        assert_eq!(*pixel, whole.film.pixels[y * 8 + x]);
+    }
+}
+
+/// Paths of random length: a scene with noise.
+fn noisy() -> Scene {
+    let settings =
+        Settings { spp: 24, max_depth: 0, at_max_depth: AtMaxDepth::Roulette, ..Default::default() };
+    furnace(glossy(0.6, 30.0), settings)
+}
+
+#[test]
+fn a_render_that_goes_on_and_shards_that_are_merged_are_the_whole() {
+    let scene = noisy();
+    let whole = run(&scene, &RenderOptions::default()).film;
+    let part = |samples, resume| {
+        run(&scene, &RenderOptions { samples: Some(samples), resume, ..Default::default() }).film
+    };
+
+    let broken_off = part(0..7, None);
+    assert_eq!(part(0..24, Some(broken_off)).pixels, whole.pixels);
+
+    let mut merged = part(16..24, None);
+    merged.merge(&part(0..9, None));
+    merged.merge(&part(9..16, None));
+    assert_eq!(merged.pixels, whole.pixels);
+}
+
+#[test]
+fn a_threshold_stops_where_it_is_met_on_any_number_of_threads() {
+    let mut scene = noisy();
+    scene.settings.spp = 100_000;
+    let options = RenderOptions { noise: Some(0.05), threads: 1, ..Default::default() };
+    let one = run(&scene, &options);
+    assert_eq!(one.stopped_by, gloss::render::StopReason::Noise);
+    // Relative variance of one sample: k / (1-k)^2 over 1 / (1-k)^2 = 0.6.
+    let expected = 0.6 / 0.05f64.powi(2);
+    let count = f64::from(one.film.pixels[0].count);
+    assert!(count > expected && count < 4.0 * expected, "{count} samples, {expected} expected");
+    let two = run(&scene, &RenderOptions { threads: 2, tile_size: 3, ..options });
+    assert_eq!(one.film.pixels, two.film.pixels);
+}
+
+#[test]
+fn time_that_is_up_stops_a_render() {
+    let mut scene = noisy();
+    scene.settings.spp = u32::MAX;
+    let outcome = run(
+        &scene,
+        &RenderOptions { time: Some(std::time::Duration::from_millis(50)), ..Default::default() },
+    );
+    assert_eq!(outcome.stopped_by, gloss::render::StopReason::Time);
+    assert!(outcome.film.pixels.iter().all(|p| p.count > 0));
+}
+
+#[test]
+fn the_pilot_decides_alike_on_any_number_of_threads() {
+    let mut scene = noisy();
+    scene.settings.glossy_samples = GlossySamples::Auto(gloss::scene::settings::Auto::Auto);
+    let one = run(&scene, &RenderOptions { threads: 1, ..Default::default() });
+    let two = run(&scene, &RenderOptions { threads: 2, ..Default::default() });
+    assert_eq!(one.film.pixels, two.film.pixels);
+    let mean = one.film.image().iter().map(|p| f64::from(p.g)).sum::<f64>() / 64.0;
+    let error = (0.6 / 0.16 / (64.0 * 24.0f64)).sqrt();
+    assert!((mean - 2.5).abs() < 5.0 * error, "{mean} +- {error}");
+}
