@@ -39,6 +39,16 @@ impl Coat {
         Self { eta, ggx, energy: CoatEnergy::of(ggx, eta) }
     }
 
+    /// Index of refraction.
+    pub fn eta(&self) -> f32 {
+        self.eta
+    }
+
+    /// Roughness.
+    pub fn alpha(&self) -> f32 {
+        self.ggx.alpha
+    }
+
     /// The mean of `1 - E` over diffuse light from outside.
     #[inline]
     fn entering(&self) -> f32 {

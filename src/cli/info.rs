@@ -137,7 +137,9 @@ fn lobes(material: &Material) -> Vec<String> {
         Specular::Mirror(_) => all.push("mirror".to_owned()),
         Specular::CosinePower { exponent, .. } => all.push(format!("glossy, exponent {exponent}")),
         Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
-        Specular::Plastic { eta, alpha, .. } => all.push(format!("plastic, index {eta}, roughness {alpha}")),
+        Specular::Plastic { coat, .. } => {
+            all.push(format!("plastic, index {}, roughness {}", coat.eta(), coat.alpha()));
+        }
         Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
     }
     if material.emission.is_some() {
