@@ -34,6 +34,7 @@ use std::time::Instant;
 pub struct Bvh {
     data: Hierarchy,
     isa: Available,
+    single_rays: bool,
     build_seconds: f64,
 }
 
@@ -55,13 +56,19 @@ impl Bvh {
         if blocks > Child::MAX_FIRST {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
         }
-        Ok(Self { data, isa: Available::best(), build_seconds: start.elapsed().as_secs_f64() })
+        let build_seconds = start.elapsed().as_secs_f64();
+        Ok(Self { data, isa: Available::best(), single_rays: false, build_seconds })
     }
 
     /// The same hierarchy traversed by another instruction set, or `None` if this processor lacks it. For tests and
     /// benchmarks: the answers are the same.
     pub fn with_isa(self, isa: Isa) -> Option<Self> {
         Some(Self { isa: Available::new(isa)?, ..self })
+    }
+
+    /// The same hierarchy without packets and streams. For tests and benchmarks: the answers are the same.
+    pub fn with_single_rays(self) -> Self {
+        Self { single_rays: true, ..self }
     }
 }
 
