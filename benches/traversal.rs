@@ -32,6 +32,10 @@ fn main() {
     for name in names.split(',') {
         let scene = scenes::by_name(name, argument("--obj").as_deref());
         let candidates = candidates(&scene.shapes);
+        if let Some(path) = argument("--dump") {
+            dump(&path, &scene, &rays::classes(&scene, &*candidates[0].accel, width, height));
+            return;
+        }
         let mut classes = rays::classes(&scene, &*candidates[0].accel, width, height);
         classes.retain(|c| wanted.as_ref().is_none_or(|w| w.split(',').any(|w| c.name.starts_with(w))));
         println!("\n### {} ({} triangles)\n", scene.name, scene.triangles());
@@ -150,4 +154,29 @@ fn print_header(classes: &[Class]) {
 fn print_row(name: &str, ratios: &[f64]) {
     let cells: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
     println!("| {name} | {} |", cells.join(" | "));
+}
+
+fn dump(path: &str, scene: &scenes::Scene, classes: &[Class]) {
+    let mut w: Vec<u8> = vec![];
+    w.extend((scene.triangles() as u32).to_le_bytes());
+    for s in &scene.shapes {
+        let gloss::geometry::Shape::Mesh(m) = s else { continue };
+        for i in 0..m.triangle_count() {
+            for p in m.triangle(i as u32) {
+                for k in 0..3 {
+                    w.extend(p[k].to_le_bytes());
+                }
+            }
+        }
+    }
+    for c in classes {
+        w.extend((c.any as u32).to_le_bytes());
+        w.extend((c.rays.len() as u32).to_le_bytes());
+        for r in &c.rays {
+            for x in [r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max] {
+                w.extend(x.to_le_bytes());
+            }
+        }
+    }
+    std::fs::write(path, w).unwrap();
 }

@@ -97,13 +97,10 @@ impl Kernel for ClosestSingle<'_> {
         let mut stack = single::Stack::new();
         for (ray, hit) in self.rays.iter().zip(self.hits) {
             *hit = None;
-            if !ray.is_active() {
-                continue;
-            }
-            let ray = Prepared::new(ray, self.data.extent);
+            let Some(ray) = Prepared::new(ray, self.data.extent) else { continue };
             let mut best = Best::none(ray.t_max);
             if single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, &mut best) {
-                *hit = Some(finish(self.data, &ray, &best));
+                *hit = Some(best.hit(&ray));
             }
         }
     }
@@ -121,24 +118,12 @@ impl Kernel for AnySingle<'_> {
     fn run<S: Simd>(self, simd: S) {
         let mut stack = single::Stack::new();
         for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            *occluded = ray.is_active() && {
-                let ray = Prepared::new(ray, self.data.extent);
+            *occluded = Prepared::new(ray, self.data.extent).is_some_and(|ray| {
                 let mut best = Best::none(ray.t_max);
                 single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, &mut best)
-            };
+            });
         }
     }
-}
-
-/// The hit as callers know it, with the barycentrics of the one triangle that remained.
-#[inline(always)]
-fn finish(data: &Hierarchy, ray: &Prepared, best: &Best) -> Hit {
-    if best.block == Best::SPHERE {
-        return best.hit(ray, 0.0, 0.0);
-    }
-    let block = &data.triangles[best.block as usize];
-    let (_, u, v) = triangle::solve(ray, block, best.lane as usize & 3).unwrap_or((best.t, 0.0, 0.0));
-    best.hit(ray, u, v)
 }
 
 impl Accelerator for Bvh {
