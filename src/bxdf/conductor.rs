@@ -1,6 +1,6 @@
 //! A metal: smooth or rough.
 
-use super::microfacet::Ggx;
+use super::microfacet::{Ggx, GgxValue};
 use super::{Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
 use crate::core::{Frame, Rgb};
 use glam::Vec3;
@@ -56,19 +56,20 @@ impl Conductor {
         if self.ggx().is_smooth() { LobeKind::Delta } else { LobeKind::Glossy }
     }
 
+    /// `None` for a smooth surface and below the horizon.
+    #[inline]
+    fn value(&self, at: &Incidence, wi: Vec3) -> Option<GgxValue> {
+        (!self.ggx().is_smooth() && at.is_above(wi)).then(|| self.ggx().evaluate(at.n, at.wo, wi))
+    }
+
     #[inline]
     pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        let value = at.local_pair(wi).filter(|_| !self.ggx().is_smooth());
-        value.map_or(Rgb::BLACK, |(wo, wi)| {
-            let value = self.ggx().evaluate(wo, wi);
-            self.colour(value.cos_half) * value.f_cos
-        })
+        self.value(at, wi).map_or(Rgb::BLACK, |value| self.colour(value.cos_half) * value.f_cos)
     }
 
     #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        let pair = at.local_pair(wi).filter(|_| !self.ggx().is_smooth());
-        pair.map_or(f32::NEG_INFINITY, |(wo, wi)| self.ggx().evaluate(wo, wi).pdf.ln())
+        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())
     }
 
     #[inline]

@@ -76,6 +76,10 @@ impl Bxdf {
 /// The lobe's mass above a plane to whose normal its axis has the cosine `cos`: `1 - I(sin^2; (e+1)/2, 1/2) / 2`.
 pub fn mass_above(exponent: f32, cos: f32) -> f32 {
     let (e, cos) = (f64::from(exponent), f64::from(cos).clamp(0.0, 1.0));
+    // The mass below is less than sin^(e + 1) / 2, of which f32 sees nothing here.
+    if (e + 1.0) * (-cos * cos).ln_1p() < -36.0 {
+        return 1.0;
+    }
     (1.0 - 0.5 * special::cosine_power_tail(e, cos) / special::wallis(e)) as f32
 }
 

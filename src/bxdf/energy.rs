@@ -1,52 +1,101 @@
-//! What rough mirrors return of light from everywhere: tables of GGX's directional albedo.
+//! What rough mirrors return of light from everywhere.
 //!
-//! Single scattering off microfacets has no closed form for it. One table over the index of refraction, the roughness
-//! and the cosine of incidence is computed by the first call that needs it, in some tens of milliseconds.
+//! Single scattering off microfacets has no closed form for it, so it is tabulated over the root of the cosine of
+//! incidence, as it is steep at grazing incidence: once for a surface that reflects everything, and once for each
+//! dielectric coat that a scene uses.
 
 use super::fresnel;
-use super::microfacet::Ggx;
+use super::microfacet::{Ggx, MIN_COS};
 use glam::Vec3;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// Nodes over `(eta - 1) / (eta + 1)`, the amplitude reflectance at normal incidence; the last reflects everything.
-const ETAS: usize = 9;
-/// Nodes over the root of the roughness.
+/// Nodes of a row, over the root of the cosine.
+const COSINES: usize = 64;
+/// Rows of the mirror's table, over the root of the roughness.
 const ALPHAS: usize = 17;
-/// Nodes over the root of the cosine: the albedo is steep at grazing incidence.
-const COSINES: usize = 25;
 
-struct Table {
-    albedo: Vec<[[f32; COSINES]; ALPHAS]>,
-    /// Means of `albedo` over `2 cos d(cos)`.
-    average: Vec<[f32; ALPHAS]>,
+type Row = [f32; COSINES];
+
+/// The directional albedo of one rough dielectric boundary from outside; transmitted light is not counted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoatEnergy {
+    eta: f32,
+    alpha: f32,
+    row: Row,
+    average: f32,
 }
 
-/// The directional albedo of a rough dielectric boundary of index `eta >= 1`, from outside; transmitted light is not
-/// counted. To 0.01, and to 0.002 for a roughness above 0.1.
-pub fn dielectric_albedo(ggx: Ggx, eta: f32, cos: f32) -> f32 {
-    albedo(ggx, (eta - 1.0) / (eta + 1.0), cos)
+impl CoatEnergy {
+    /// The table of a boundary of index `eta >= 1`: computed in some milliseconds by the first call and kept for the
+    /// life of the program, as few different coats as scenes have.
+    pub fn of(ggx: Ggx, eta: f32) -> &'static Self {
+        static COATS: Mutex<Vec<&'static CoatEnergy>> = Mutex::new(Vec::new());
+        let mut coats = COATS.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(coat) = coats.iter().find(|c| c.eta == eta && c.alpha == ggx.alpha) {
+            return coat;
+        }
+        let row = row(ggx, |cos| fresnel::dielectric(cos, eta).0);
+        let coat: &'static Self =
+            Box::leak(Box::new(Self { eta, alpha: ggx.alpha, row, average: average(&row) }));
+        coats.push(coat);
+        coat
+    }
+
+    /// At the cosine of incidence `cos`; to 0.003.
+    #[inline]
+    pub fn albedo(&self, cos: f32) -> f32 {
+        interpolated(&self.row, cos)
+    }
+
+    /// The mean over diffuse light, `2 cos d(cos)`.
+    #[inline]
+    pub fn average(&self) -> f32 {
+        self.average
+    }
 }
 
-/// The mean of [`dielectric_albedo`] over diffuse light.
-pub fn dielectric_average(ggx: Ggx, eta: f32) -> f32 {
-    let average = &table().average;
-    let (i, s) = node((eta - 1.0) / (eta + 1.0), ETAS);
-    let (j, t) = node(ggx.alpha.sqrt(), ALPHAS);
-    lerp(s, lerp(t, average[i][j], average[i][j + 1]), lerp(t, average[i + 1][j], average[i + 1][j + 1]))
-}
-
-/// The directional albedo of a rough mirror that reflects everything: what single scattering keeps.
+/// The directional albedo of a rough mirror that reflects everything: what single scattering keeps. To 0.01.
 pub fn mirror_albedo(ggx: Ggx, cos: f32) -> f32 {
-    albedo(ggx, 1.0, cos)
+    static TABLE: OnceLock<Vec<Row>> = OnceLock::new();
+    let alpha_at = |i: usize| (i as f32 / (ALPHAS - 1) as f32).powi(2).max(Ggx::SMOOTH);
+    let table = TABLE.get_or_init(|| (0..ALPHAS).map(|i| row(Ggx { alpha: alpha_at(i) }, |_| 1.0)).collect());
+    let (i, t) = node(ggx.alpha.sqrt(), ALPHAS);
+    lerp(t, interpolated(&table[i], cos), interpolated(&table[i + 1], cos))
 }
 
-fn albedo(ggx: Ggx, amplitude: f32, cos: f32) -> f32 {
-    let albedo = &table().albedo;
-    let (i, s) = node(amplitude, ETAS);
-    let (j, t) = node(ggx.alpha.sqrt(), ALPHAS);
-    let (k, u) = node(cos.max(0.0).sqrt(), COSINES);
-    let row = |i: usize, j: usize| lerp(u, albedo[i][j][k], albedo[i][j][k + 1]);
-    lerp(s, lerp(t, row(i, j), row(i, j + 1)), lerp(t, row(i + 1, j), row(i + 1, j + 1)))
+/// The albedos of a surface whose facets have the reflectance `fresnel`.
+fn row(ggx: Ggx, fresnel: impl Fn(f32) -> f32) -> Row {
+    std::array::from_fn(|i| lattice_albedo(ggx, (i as f32 / (COSINES - 1) as f32).powi(2), &fresnel))
+}
+
+/// The mean sampling weight over a lattice of random numbers.
+fn lattice_albedo(ggx: Ggx, cos: f32, fresnel: &impl Fn(f32) -> f32) -> f32 {
+    // Fibonacci's lattice, whose rows and columns are stratified.
+    const POINTS: u32 = 610;
+    const STEP: u32 = 377;
+    let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos.max(MIN_COS));
+    let coordinate = |k: u32| (k as f32 + 0.5) / POINTS as f32;
+    let weight = |k: u32| {
+        let sample = ggx.sample(wo, [coordinate(k), coordinate(k * STEP % POINTS)]);
+        sample.weight * fresnel(sample.cos_half)
+    };
+    (0..POINTS).map(weight).sum::<f32>() / POINTS as f32
+}
+
+/// The mean of a row over `2 cos d(cos)`.
+fn average(row: &Row) -> f32 {
+    const STEPS: usize = 16 * (COSINES - 1);
+    let value = |i: usize| {
+        let x = (i as f32 + 0.5) / STEPS as f32;
+        4.0 * x.powi(3) * interpolated(row, x * x)
+    };
+    (0..STEPS).map(value).sum::<f32>() / STEPS as f32
+}
+
+#[inline]
+fn interpolated(row: &Row, cos: f32) -> f32 {
+    let (i, t) = node(cos.max(0.0).sqrt(), COSINES);
+    lerp(t, row[i], row[i + 1])
 }
 
 /// The node below `x` in `[0, 1]`, and how far `x` is towards the next.
@@ -60,52 +109,4 @@ fn node(x: f32, count: usize) -> (usize, f32) {
 #[inline]
 fn lerp(t: f32, a: f32, b: f32) -> f32 {
     a + t * (b - a)
-}
-
-fn table() -> &'static Table {
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let albedo: Vec<_> = (0..ETAS).map(slice).collect();
-        let average = albedo.iter().map(|slice| slice.map(|row| average(&row))).collect();
-        Table { albedo, average }
-    })
-}
-
-/// The table at one index of refraction.
-fn slice(i: usize) -> [[f32; COSINES]; ALPHAS] {
-    let unit = |i: usize, count: usize| i as f32 / (count - 1) as f32;
-    let amplitude = unit(i, ETAS);
-    let reflectance = |cos: f32| {
-        if i + 1 == ETAS { 1.0 } else { fresnel::dielectric(cos, (1.0 + amplitude) / (1.0 - amplitude)).0 }
-    };
-    std::array::from_fn(|j| {
-        let ggx = Ggx { alpha: unit(j, ALPHAS).powi(2).max(Ggx::SMOOTH) };
-        std::array::from_fn(|k| lattice_albedo(ggx, unit(k, COSINES).powi(2).max(1e-6), &reflectance))
-    })
-}
-
-/// The mean sampling weight over a lattice of random numbers.
-fn lattice_albedo(ggx: Ggx, cos: f32, reflectance: &impl Fn(f32) -> f32) -> f32 {
-    // Fibonacci's lattice of 233 points, whose rows and columns are stratified.
-    const POINTS: u32 = 233;
-    const STEP: u32 = 144;
-    let wo = Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-    let unit = |k: u32| (k as f32 + 0.5) / POINTS as f32;
-    let weight = |k: u32| {
-        let sample = ggx.sample(wo, [unit(k), unit(k * STEP % POINTS)]);
-        sample.weight * reflectance(sample.cos_half)
-    };
-    (0..POINTS).map(weight).sum::<f32>() / POINTS as f32
-}
-
-/// The mean over `2 cos d(cos)` of a row, linear in the root of the cosine between its nodes.
-fn average(row: &[f32; COSINES]) -> f32 {
-    const FINE: usize = 16;
-    let steps = (COSINES - 1) * FINE;
-    let value = |i: usize| {
-        let x = (i as f32 + 0.5) / steps as f32;
-        let (k, t) = node(x, COSINES);
-        4.0 * x.powi(3) * lerp(t, row[k], row[k + 1])
-    };
-    (0..steps).map(value).sum::<f32>() / steps as f32
 }

@@ -1,11 +1,14 @@
 //! Rough surfaces of small mirrors: the GGX distribution with height-correlated Smith shadowing.
 //!
-//! In the coordinates of the shading frame, z along the normal. Sources: Walter et al. 2007, *Microfacet Models for
+//! Sources: Walter et al. 2007, *Microfacet Models for
 //! Refraction through Rough Surfaces*; Heitz 2014, *Understanding the Masking-Shadowing Function*; Dupuy and Benyoub
 //! 2023, *Sampling Visible GGX Normals with Spherical Caps*.
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
+
+/// The least cosine of a view: the surface is seen, whatever the rounding says.
+pub(super) const MIN_COS: f32 = 1e-9;
 
 /// The distribution of an isotropic surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,51 +51,56 @@ impl Ggx {
         self.alpha < Self::SMOOTH
     }
 
-    /// Density of the normal along `h`, which need not have unit length, over solid angle: in 1/sr.
+    /// Density of microfacets along `h`, which need not have unit length, about the normal `n`, over solid angle: in
+    /// 1/sr.
     #[inline]
-    pub fn density(&self, h: Vec3) -> f32 {
-        let a2 = self.alpha * self.alpha;
-        // cos^2 (alpha^2 + tan^2) from the components: 1 - cos^2 would have no digits on a smooth surface.
-        let spread = (a2 * h.z * h.z + h.x * h.x + h.y * h.y) / h.length_squared();
+    pub fn density(&self, n: Vec3, h: Vec3) -> f32 {
+        let (a2, squared_length) = (self.alpha * self.alpha, h.length_squared());
+        if squared_length < f32::MIN_POSITIVE {
+            // Halfway between a direction along the surface and its opposite.
+            return 0.0;
+        }
+        // cos^2 (alpha^2 + tan^2) with the sine from the cross product: 1 - cos^2 has no digits on a smooth surface.
+        let spread = (a2 * n.dot(h).powi(2) + n.cross(h).length_squared()) / squared_length;
         a2 / (PI * spread * spread)
     }
 
     /// `sqrt(cos^2 + alpha^2 sin^2)`, which Smith's functions of both directions are made of.
     #[inline]
-    fn stretched(&self, w: Vec3) -> f32 {
-        (w.z * w.z + self.alpha * self.alpha * (w.x * w.x + w.y * w.y)).sqrt()
+    fn stretched(&self, cos: f32) -> f32 {
+        (cos * cos + self.alpha * self.alpha * (1.0 - cos * cos).max(0.0)).sqrt()
     }
 
-    /// Value and density for `wo` and `wi`, both above the surface.
+    /// Value and density for `wo` and `wi`, both above the surface with the normal `n`.
     #[inline]
-    pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> GgxValue {
-        let half = wo + wi;
-        let density = self.density(half);
-        let pdf = self.reflected_density(wo, density);
-        GgxValue { cos_half: (0.5 * half.length()).min(1.0), f_cos: self.shadowing(wo, wi) * pdf, pdf }
+    pub fn evaluate(&self, n: Vec3, wo: Vec3, wi: Vec3) -> GgxValue {
+        let (half, cos_o) = (wo + wi, n.dot(wo).max(MIN_COS));
+        let pdf = self.reflected_density(cos_o, self.density(n, half));
+        let f_cos = self.shadowing(cos_o, n.dot(wi).max(0.0)) * pdf;
+        GgxValue { cos_half: (0.5 * half.length()).min(1.0), f_cos, pdf }
     }
 
-    /// Draws a direction that `wo` sees by a visible microfacet.
+    /// Draws a direction that `wo` sees by a visible microfacet; in the frame whose z is the normal.
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> GgxSample {
         let h = self.sample_visible(wo, u);
         let cos_half = wo.dot(h).clamp(0.0, 1.0);
         let wi = 2.0 * cos_half * h - wo;
-        let weight = if wi.z > 0.0 { self.shadowing(wo, wi) } else { 0.0 };
-        GgxSample { wi, cos_half, weight, pdf: self.reflected_density(wo, self.density(h)) }
+        let weight = if wi.z > 0.0 { self.shadowing(wo.z, wi.z) } else { 0.0 };
+        GgxSample { wi, cos_half, weight, pdf: self.reflected_density(wo.z, self.density(Vec3::Z, h)) }
     }
 
     /// `G1(wo) D / (4 cos_o)`, which has no pole at grazing incidence.
     #[inline]
-    fn reflected_density(&self, wo: Vec3, density: f32) -> f32 {
-        density / (2.0 * (wo.z + self.stretched(wo)))
+    fn reflected_density(&self, cos_o: f32, density: f32) -> f32 {
+        density / (2.0 * (cos_o + self.stretched(cos_o)))
     }
 
     /// `G2(wo, wi) / G1(wo)`.
     #[inline]
-    fn shadowing(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let (so, si) = (self.stretched(wo), self.stretched(wi));
-        wi.z * (wo.z + so) / (wi.z * so + wo.z * si)
+    fn shadowing(&self, cos_o: f32, cos_i: f32) -> f32 {
+        let (so, si) = (self.stretched(cos_o), self.stretched(cos_i));
+        cos_i * (cos_o + so) / (cos_i * so + cos_o * si)
     }
 
     /// A normal with the density of those that `wo` sees.

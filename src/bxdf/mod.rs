@@ -19,7 +19,7 @@ pub use cosine_power::{CosinePower, Horizon, PreparedCosinePower};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
-pub use plastic::Plastic;
+pub use plastic::{Coat, Plastic};
 
 use crate::core::{Frame, Rgb};
 use glam::Vec3;
@@ -42,15 +42,13 @@ impl Incidence {
     #[inline]
     fn local_wo(&self, frame: &Frame) -> Vec3 {
         let wo = frame.to_local(self.wo);
-        wo.with_z(wo.z.max(1e-9))
+        wo.with_z(wo.z.max(microfacet::MIN_COS))
     }
 
-    /// `wo` and `wi` in the shading frame; `None` if `wi` is below either normal's plane.
+    /// Whether `wi` is above the planes of both normals.
     #[inline]
-    fn local_pair(&self, wi: Vec3) -> Option<(Vec3, Vec3)> {
-        let frame = Frame::new(self.n);
-        let local = frame.to_local(wi);
-        (local.z > 0.0 && self.ng.dot(wi) > 0.0).then(|| (self.local_wo(&frame), local))
+    fn is_above(&self, wi: Vec3) -> bool {
+        self.n.dot(wi) > 0.0 && self.ng.dot(wi) > 0.0
     }
 }
 

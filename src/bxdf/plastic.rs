@@ -1,7 +1,8 @@
 //! Plastic: a rough dielectric coat over a diffuse base.
 
+use super::energy::CoatEnergy;
 use super::microfacet::Ggx;
-use super::{Incidence, LobeSample, energy, fresnel, renormalized};
+use super::{Incidence, LobeSample, fresnel, renormalized};
 use crate::core::{Frame, Rgb, warp};
 use glam::Vec3;
 
@@ -17,12 +18,42 @@ use glam::Vec3;
 /// *A Microfacet Based Coupled Specular-Matte BRDF Model*, for the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
-    eta: f32,
-    ggx: Ggx,
+    coat: Coat,
     /// `rho / (eta^2 (1 - rho F_in))`.
     transmitted: Rgb,
-    /// `1 - E` averaged over diffuse light from outside.
-    entering: f32,
+}
+
+/// A plastic's coat: what its points share, made once for a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    eta: f32,
+    ggx: Ggx,
+    energy: &'static CoatEnergy,
+}
+
+impl Coat {
+    /// A coat of index `eta` in `[1, 100]` and roughness `alpha`, at least [`Ggx::SMOOTH`]; others count as the
+    /// nearest of these.
+    pub fn new(eta: f32, alpha: f32) -> Self {
+        let (eta, ggx) = (eta.clamp(1.0, 100.0), Ggx { alpha: alpha.max(Ggx::SMOOTH) });
+        Self { eta, ggx, energy: CoatEnergy::of(ggx, eta) }
+    }
+
+    /// Index of refraction.
+    pub fn eta(&self) -> f32 {
+        self.eta
+    }
+
+    /// Roughness.
+    pub fn alpha(&self) -> f32 {
+        self.ggx.alpha
+    }
+
+    /// The mean of `1 - E` over diffuse light from outside.
+    #[inline]
+    fn entering(&self) -> f32 {
+        1.0 - self.energy.average()
+    }
 }
 
 /// What does not depend on `wi`.
@@ -40,41 +71,38 @@ struct Value {
 }
 
 impl Plastic {
-    /// A coat of index `eta >= 1` and roughness `alpha`, at least [`Ggx::SMOOTH`], over a base of reflectance
-    /// `base`.
-    pub fn new(base: Rgb, eta: f32, alpha: f32) -> Self {
-        let ggx = Ggx { alpha: alpha.max(Ggx::SMOOTH) };
-        let entering = 1.0 - energy::dielectric_average(ggx, eta);
-        let inside = 1.0 - entering / (eta * eta);
-        Self { eta, ggx, transmitted: base.map(|rho| rho / (eta * eta * (1.0 - rho * inside))), entering }
+    /// A coat over a base of reflectance `base`.
+    #[inline]
+    pub fn new(base: Rgb, coat: Coat) -> Self {
+        let eta2 = coat.eta * coat.eta;
+        let inside = 1.0 - coat.entering() / eta2;
+        Self { coat, transmitted: base.map(|rho| rho / (eta2 * (1.0 - rho * inside))) }
     }
 
     #[inline]
-    fn outgoing(&self, wo: Vec3) -> Outgoing {
-        let reflected = energy::dielectric_albedo(self.ggx, self.eta, wo.z);
-        let base = self.transmitted.max_channel() * (1.0 - reflected) * self.entering;
+    fn outgoing(&self, at: &Incidence) -> Outgoing {
+        let reflected = self.coat.energy.albedo(at.n.dot(at.wo));
+        let base = self.transmitted.max_channel() * (1.0 - reflected) * self.coat.entering();
         let coat = if base > 0.0 { reflected / (reflected + base) } else { 1.0 };
         Outgoing { entering: 1.0 - reflected, coat }
     }
 
-    /// `wo` and `wi` in the shading frame.
+    /// Value and density for a `wi` above the horizon.
     #[inline]
-    fn evaluate(&self, wo: Vec3, outgoing: &Outgoing, wi: Vec3) -> Value {
-        let coat = self.ggx.evaluate(wo, wi);
-        let cosine = warp::cosine_hemisphere_pdf(wi.z);
-        let leaving = 1.0 - energy::dielectric_albedo(self.ggx, self.eta, wi.z);
-        let reflected = fresnel::dielectric(coat.cos_half, self.eta).0 * coat.f_cos;
+    fn evaluate(&self, at: &Incidence, outgoing: &Outgoing, wi: Vec3) -> Value {
+        let (coat, cos_i) = (self.coat.ggx.evaluate(at.n, at.wo, wi), at.n.dot(wi));
+        let cosine = warp::cosine_hemisphere_pdf(cos_i);
+        let leaving = 1.0 - self.coat.energy.albedo(cos_i);
+        let reflected = fresnel::dielectric(coat.cos_half, self.coat.eta).0 * coat.f_cos;
         Value {
             f_cos: self.transmitted * (outgoing.entering * leaving * cosine) + Rgb::grey(reflected),
             pdf: outgoing.coat * coat.pdf + (1.0 - outgoing.coat) * cosine,
         }
     }
 
-    /// [`evaluate`](Self::evaluate) in world space; `None` below the horizon.
     #[inline]
     fn value(&self, at: &Incidence, wi: Vec3) -> Option<Value> {
-        let (wo, wi) = at.local_pair(wi)?;
-        Some(self.evaluate(wo, &self.outgoing(wo), wi))
+        at.is_above(wi).then(|| self.evaluate(at, &self.outgoing(at), wi))
     }
 
     #[inline]
@@ -90,28 +118,27 @@ impl Plastic {
     #[inline]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         let frame = Frame::new(at.n);
-        let wo = at.local_wo(&frame);
-        let outgoing = self.outgoing(wo);
+        let outgoing = self.outgoing(at);
 
         // One number chooses the coat or the base, and what is left of it samples there.
         let choice = outgoing.coat;
         let local = if u[0] < choice {
-            self.ggx.sample(wo, [u[0] / choice, u[1]]).wi
+            self.coat.ggx.sample(at.local_wo(&frame), [u[0] / choice, u[1]]).wi
         } else {
             let rest = (u[0] - choice) / (1.0 - choice);
             warp::cosine_hemisphere([rest.min(1.0 - 0.5 * f32::EPSILON), u[1]])
         };
 
         let wi = renormalized(frame.to_world(local));
-        if local.z <= 0.0 || at.ng.dot(wi) <= 0.0 {
+        if !at.is_above(wi) {
             return None;
         }
-        let value = self.evaluate(wo, &outgoing, local);
+        let value = self.evaluate(at, &outgoing, wi);
         (value.pdf > 0.0).then(|| LobeSample { wi, weight: value.f_cos / value.pdf, ln_pdf: value.pdf.ln() })
     }
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {
-        let entering = 1.0 - energy::dielectric_albedo(self.ggx, self.eta, at.n.dot(at.wo));
-        self.transmitted * (entering * self.entering) + Rgb::grey(1.0 - entering)
+        let entering = self.outgoing(at).entering;
+        self.transmitted * (entering * self.coat.entering()) + Rgb::grey(1.0 - entering)
     }
 }

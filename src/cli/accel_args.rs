@@ -2,7 +2,7 @@
 
 use super::exit::{Failure, OrExit};
 use crate::accel::{self, AccelError, Accelerator, Backend, BuildOptions, EmbreeMode, Quality, SkipSupport};
-use crate::scene::{Scene, SelfHit};
+use crate::scene::{Plan, Scene};
 
 /// The backend and how it builds.
 #[derive(Debug, clap::Args)]
@@ -45,7 +45,7 @@ impl AccelArgs {
             robust: !self.fast,
             compact: self.compact,
             embree_mode: self.embree_mode,
-            skip: skip_support(scene.settings.self_hit),
+            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
             threads: self.threads,
         }
     }
@@ -66,14 +66,6 @@ impl AccelArgs {
     pub(super) fn build(&self, scene: &Scene) -> Result<Box<dyn Accelerator>, Failure> {
         let built = accel::build(self.backend, &scene.shapes, &self.options(scene));
         if matches!(built, Err(AccelError::NotCompiled)) { built.or_bad() } else { built.or_failed() }
-    }
-}
-
-/// Rays of the offset policy skip nothing.
-fn skip_support(self_hit: SelfHit) -> SkipSupport {
-    match self_hit {
-        SelfHit::Offset => SkipSupport::None,
-        SelfHit::Geometry | SelfHit::Primitive => SkipSupport::Any,
     }
 }
 

@@ -18,10 +18,10 @@ Numbers are over all pixels and channels, in linear light; a PNG is taken from s
   relmse  mean((A - B)^2 / (B + 0.01)^2)
   max     max |A - B|
   mean    mean(A - B); --threshold looks at its absolute value
-  flip    mean of FLIP, 0 to 1 (Andersson et al. 2020, 2021): HDR-FLIP, but if one is a PNG, LDR-FLIP of
-          what a display shows, that is of light clipped to [0, 1]
+  flip    mean of FLIP, 0 to 1 (Andersson et al. 2020, 2021): HDR-FLIP; where one picture is a PNG,
+          LDR-FLIP of what a display shows, that is of light clipped to [0, 1]
 
-Exit codes: 0 at most the threshold (or none given), 1 more than it, 2 the pictures cannot be compared.
+Exit codes: 0 at most the threshold, or none given; 1 more than it; 2 they cannot be compared.
 
 Examples:
   gloss diff lemon.exr reference.exr --map difference.png

@@ -4,8 +4,8 @@ use super::exit::{Exit, Failure};
 use super::scene_args::SceneArgs;
 use super::settings;
 use super::terminal::{bytes, print, print_json};
-use crate::geometry::{Aabb, Shape};
-use crate::scene::{Environment, Light, Material, Scene, Specular};
+use crate::geometry::Aabb;
+use crate::scene::{Environment, Light, Material, Plan, Scene, Specular};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -33,39 +33,30 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let scene = args.scene.load()?;
     let inventory = Inventory::of(&scene);
     if args.json {
-        return print_json(&inventory.to_json(&scene));
+        return print_json(&inventory.to_json());
     }
-    print(&inventory.to_text(&args.scene.scene.display().to_string(), &scene))?;
+    print(&inventory.to_text(&args.scene.scene.display().to_string()))?;
     Ok(Exit::Done)
 }
 
-/// What is counted.
-struct Inventory {
-    triangles: usize,
-    spheres: usize,
-    mesh_bytes: usize,
+/// What there is to tell.
+struct Inventory<'a> {
+    scene: &'a Scene,
+    plan: Plan,
     /// Least and greatest corner in the scene's own coordinates, if anything can be hit.
     bounds: Option<[[f64; 3]; 2]>,
 }
 
-impl Inventory {
-    fn of(scene: &Scene) -> Self {
-        let (mut triangles, mut spheres, mut mesh_bytes) = (0, 0, 0);
-        let mut bounds = Aabb::EMPTY;
-        for shape in &scene.shapes {
-            match shape {
-                Shape::Mesh(_) => triangles += shape.primitive_count(),
-                Shape::Spheres(_) => spheres += shape.primitive_count(),
-            }
-            mesh_bytes += shape.memory_bytes();
-            bounds = bounds.union(shape.bounds());
-        }
+impl<'a> Inventory<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let bounds = scene.shapes.iter().fold(Aabb::EMPTY, |all, shape| all.union(shape.bounds()));
         let corner = |p| scene.world.to_scene(p).to_array();
         let bounds = (!bounds.is_empty()).then(|| [corner(bounds.min), corner(bounds.max)]);
-        Self { triangles, spheres, mesh_bytes, bounds }
+        Self { scene, plan: Plan::of(scene), bounds }
     }
 
-    fn to_text(&self, path: &str, scene: &Scene) -> String {
+    fn to_text(&self, path: &str) -> String {
+        let Self { scene, plan, bounds } = self;
         let [width, height] = scene.camera.resolution;
         let mut text = String::new();
         let mut line = |name: &str, what: String| {
@@ -76,16 +67,16 @@ impl Inventory {
         line("picture", format!("{width} x {height} pixels"));
         line(
             "shapes",
-            format!("{}: {} triangles, {} spheres", scene.shapes.len(), self.triangles, self.spheres),
+            format!("{}: {} triangles, {} spheres", scene.shapes.len(), plan.triangles, plan.spheres),
         );
         line(
             "bounds",
-            self.bounds.map_or_else(
+            bounds.map_or_else(
                 || "nothing can be hit".to_owned(),
                 |[min, max]| format!("{} to {}", point(min), point(max)),
             ),
         );
-        line("memory", format!("{} of meshes, before the structure", bytes(self.mesh_bytes as u64)));
+        line("memory", format!("{} of shapes, without the structure", bytes(plan.shape_bytes as u64)));
         for (number, material) in scene.materials.iter().enumerate() {
             let users = scene.geometries.iter().filter(|g| g.material as usize == number).count();
             let shapes = if users == 1 { "shape" } else { "shapes" };
@@ -93,22 +84,24 @@ impl Inventory {
         }
         line("lights", lights(scene));
         line("settings", settings::to_text(&scene.settings));
+        for sentence in plan.lines() {
+            line("plan", sentence);
+        }
         for warning in &scene.warnings {
             line("warning", warning.clone());
         }
         text
     }
 
-    fn to_json(&self, scene: &Scene) -> Value {
+    fn to_json(&self) -> Value {
+        let Self { scene, plan, bounds } = self;
         let materials = scene.materials.iter().map(|m| json!({ "name": m.name, "lobes": lobes(m) }));
         json!({
             "hash": scene.hash,
             "resolution": scene.camera.resolution,
             "shapes": scene.shapes.len(),
-            "triangles": self.triangles,
-            "spheres": self.spheres,
-            "bounds": self.bounds,
-            "mesh_bytes": self.mesh_bytes,
+            "bounds": bounds,
+            "plan": plan,
             "materials": materials.collect::<Vec<_>>(),
             "lights": scene.lights.lights.iter().map(kind_of_light).collect::<Vec<_>>(),
             "environment": scene.lights.environment.as_ref().map(kind_of_environment),
@@ -136,14 +129,11 @@ fn lobes(material: &Material) -> Vec<String> {
         Specular::None => {}
         Specular::Mirror(_) => all.push("mirror".to_owned()),
         Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
-        Specular::Plastic { eta, alpha, .. } => {
-            all.push(format!("plastic, index {eta}, roughness {alpha}"));
+        Specular::Plastic { coat, .. } => {
+            all.push(format!("plastic, index {}, roughness {}", coat.eta(), coat.alpha()));
         }
         Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
         Specular::CosinePower { exponent, .. } => all.push(format!("glossy, exponent {exponent}")),
-        Specular::Conductor { alpha, .. } => all.push(format!("metal, roughness {alpha}")),
-        Specular::Plastic { eta, alpha, .. } => all.push(format!("plastic, index {eta}, roughness {alpha}")),
-        Specular::Dielectric { eta, .. } => all.push(format!("glass, index {eta}")),
     }
     if material.emission.is_some() {
         all.push(if material.emits_both_sides { "emissive on both sides" } else { "emissive" }.to_owned());

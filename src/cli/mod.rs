@@ -26,7 +26,7 @@ use std::process::ExitCode;
 
 /// Renders glossy reflection on large meshes, on Embree or on a pure-Rust BVH.
 #[derive(Debug, Parser)]
-#[command(name = "gloss", version, after_help = HELP_END, propagate_version = true, max_term_width = 100)]
+#[command(name = "gloss", version, after_help = HELP_END, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

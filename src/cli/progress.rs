@@ -2,7 +2,7 @@
 
 use super::terminal::{count, note};
 use crate::render::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
 use std::sync::Mutex;
@@ -82,10 +82,14 @@ impl Progress for Reporter {
 
 fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template(
-        "{bar:30} {percent:>3} %  {per_sec:>12} samples  {elapsed} gone, {eta} to go",
+        "{bar:30} {percent:>3} %  {rate} samples/s  {elapsed} gone, {eta} to go",
     );
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-    bar.set_style(style.expect("the template is well-formed"));
+    let rate = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        // A line that cannot be drawn is not drawn.
+        let _ = out.write_str(&count(state.per_sec()));
+    };
+    bar.set_style(style.expect("the template is well-formed").with_key("rate", rate));
     bar
 }
 

@@ -12,7 +12,7 @@ use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
 use crate::render::{Outcome, RayClass, RenderOptions, StopReason, render};
-use crate::scene::Scene;
+use crate::scene::{Plan, Scene};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -72,7 +72,7 @@ pub(super) struct Args {
     #[arg(short, long)]
     quiet: bool,
 
-    /// Say more: settings, rays by class, size of the structure
+    /// Say more: settings, plan, rays by class, size of the structure
     #[arg(short, long, conflicts_with = "quiet")]
     verbose: bool,
 }
@@ -149,6 +149,9 @@ fn tell_before(args: &Args, scene: &Scene) {
     }
     if args.verbose {
         note(&format!("settings: {}", settings::to_text(&scene.settings)));
+        for sentence in Plan::of(scene).lines() {
+            note(&format!("plan: {sentence}"));
+        }
     }
 }
 

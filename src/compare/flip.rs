@@ -92,7 +92,7 @@ impl Exposures {
     pub fn of(reference: &Image) -> Self {
         let mut luminances: Vec<f32> = reference.pixels.iter().map(|p| p.luminance()).collect();
         let mut median = median(&mut luminances);
-        if !(median > 0.0) {
+        if median <= 0.0 {
             luminances.retain(|&y| y > 0.0);
             median = self::median(&mut luminances);
         }

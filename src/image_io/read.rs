@@ -94,3 +94,95 @@ fn read_hdr(path: &Path) -> Result<LinearImage, ReadImageError> {
     let pixels = image.pixels().map(|p| Rgb::from(p.0)).collect();
     Ok(LinearImage { width: image.width() as usize, height: image.height() as usize, pixels })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::*;
+
+    fn pixels() -> LinearImage {
+        let pixels =
+            (0..32 * 16).map(|i| Rgb::new(i as f32, 1e-3 * i as f32, if i == 77 { 6e4 } else { 0.25 }));
+        LinearImage { width: 32, height: 16, pixels: pixels.collect() }
+    }
+
+    /// The picture as an EXR file of half floats, compressed.
+    fn write_exr(path: &Path, compression: Compression) {
+        let source = pixels();
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+            let [r, g, b] = source.pixels[at.y() * 32 + at.x()].to_array().map(f16::from_f32);
+            (r, g, b)
+        });
+        let encoding = Encoding { compression, ..Encoding::FAST_LOSSLESS };
+        let layer = Layer::new((32, 16), LayerAttributes::named("light"), encoding, channels);
+        Image::from_layer(layer).write().to_file(path).unwrap();
+    }
+
+    #[test]
+    fn exr_comes_back_in_every_compression_that_scans_and_renderers_use() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = pixels();
+        for compression in [
+            Compression::Uncompressed,
+            Compression::RLE,
+            Compression::ZIP16,
+            Compression::PIZ,
+            Compression::DWAA(None),
+            Compression::DWAB(Some(45.0)),
+        ] {
+            let path = folder.path().join(format!("{compression}.EXR"));
+            write_exr(&path, compression);
+            let read = read_linear(&path).unwrap();
+            assert_eq!((read.width, read.height), (32, 16));
+            // DWA is lossy.
+            let lossy = matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
+            for (a, b) in read.pixels.iter().zip(&source.pixels) {
+                let error = (a.r - b.r).abs().max((a.g - b.g).abs());
+                assert!(
+                    error < if lossy { 0.03 * b.r + 0.5 } else { 1e-3 * b.r + 1e-6 },
+                    "{compression} {a:?} {b:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn radiance_files_come_back_within_their_eight_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("light.hdr");
+        let source = pixels();
+        let rgb: Vec<_> = source.pixels.iter().map(|p| image::Rgb(p.to_array())).collect();
+        let encoder = image::codecs::hdr::HdrEncoder::new(std::fs::File::create(&path).unwrap());
+        encoder.encode(&rgb, 32, 16).unwrap();
+        let read = read_linear(&path).unwrap();
+        assert_eq!((read.width, read.height, read.pixels.len()), (32, 16, 512));
+        for (a, b) in read.pixels.iter().zip(&source.pixels) {
+            let step = b.max_channel() / 128.0;
+            let near = a.to_array().into_iter().zip(b.to_array()).all(|(a, b)| (a - b).abs() <= step);
+            assert!(near, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn files_that_cannot_be_read_say_which_and_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let fails = |name: &str, content: Option<&[u8]>| {
+            let path = folder.path().join(name);
+            if let Some(content) = content {
+                std::fs::write(&path, content).unwrap();
+            }
+            let message = read_linear(&path).unwrap_err().to_string();
+            assert!(message.contains(name), "{message}");
+            message
+        };
+        assert!(fails("sky.png", None).contains(".exr (OpenEXR) and .hdr"));
+        assert!(fails("gone.exr", None).contains("OpenEXR"));
+        assert!(fails("gone.hdr", None).contains("Radiance"));
+        assert!(fails("text.exr", Some(b"no picture")).contains("OpenEXR"));
+        assert!(fails("text.hdr", Some(b"no picture")).contains("Radiance"));
+        let whole = folder.path().join("whole.exr");
+        write_exr(&whole, Compression::PIZ);
+        let bytes = std::fs::read(whole).unwrap();
+        assert!(fails("half.exr", Some(&bytes[..bytes.len() / 2])).contains("piz compression"));
+    }
+}

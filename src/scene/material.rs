@@ -1,6 +1,6 @@
 //! Materials: what makes a [`Bsdf`] of a point.
 
-use crate::bxdf::{Bsdf, Bxdf, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Mirror, Plastic};
+use crate::bxdf::{Bsdf, Bxdf, Coat, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Mirror, Plastic};
 use crate::core::Rgb;
 use glam::Vec3;
 
@@ -75,10 +75,8 @@ pub enum Specular {
     Plastic {
         /// Reflectance of the base.
         base: Texture,
-        /// Index of the coat.
-        eta: f32,
-        /// Roughness of the coat.
-        alpha: f32,
+        /// What lies over it.
+        coat: Coat,
     },
     /// Glass.
     Dielectric {
@@ -126,8 +124,8 @@ impl Material {
                 let reflectance = reflectance.at(p);
                 bsdf.add(Bxdf::Conductor(Conductor { reflectance, ior: *ior, alpha: *alpha }));
             }
-            Specular::Plastic { base, eta, alpha } => {
-                bsdf.add(Bxdf::Plastic(Plastic::new(base.at(p), *eta, *alpha)));
+            Specular::Plastic { base, coat } => {
+                bsdf.add(Bxdf::Plastic(Plastic::new(base.at(p), *coat)));
             }
             Specular::Dielectric { reflectance, transmittance, eta } => {
                 bsdf.add(Bxdf::Dielectric(Dielectric {

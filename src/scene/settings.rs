@@ -34,7 +34,11 @@ pub enum AtMaxDepth {
 
 /// Into how many rays a glossy hit splits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "a whole number, a list of them, or { branch = whole number }")]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "a whole number, a list of them, { branch = whole number } or \"auto\""
+)]
 pub enum GlossySamples {
     /// So many at the first glossy hit of a path, one at those after it.
     First(u32),

@@ -121,7 +121,7 @@ impl Rectangle {
     /// The reflected radiance by points of the rectangle, uniform by area.
     fn by_area(&self, bxdf: &Bxdf, at: &Incidence, seed: u32) -> Mean {
         let n = self.a.cross(self.b);
-        mean(pairs(seed, 60_000).map(|u| {
+        mean(pairs(seed, 20_000).map(|u| {
             let q = self.corner + self.a * u[0] + self.b * u[1];
             let wi = q.normalize();
             f64::from(bxdf.f_cos(at, wi).r * n.dot(wi).abs() / q.length_squared())
@@ -130,7 +130,7 @@ impl Rectangle {
 
     /// The reflected radiance by directions of the lobe.
     fn by_lobe(&self, bxdf: &Bxdf, at: &Incidence, seed: u32) -> Mean {
-        mean(pairs(seed, 60_000).map(|u| {
+        mean(pairs(seed, 20_000).map(|u| {
             let sample = bxdf.sample(at, u).filter(|s| self.is_hit(s.wi));
             sample.map_or(0.0, |s| f64::from(s.weight.r))
         }))

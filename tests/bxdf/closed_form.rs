@@ -15,7 +15,7 @@ fn lobe(e: f32, horizon: Horizon) -> Bxdf {
 
 /// What the lobe reflects of the radiance `sky`.
 fn reflected(bxdf: &Bxdf, at: &Incidence, seed: u32, sky: impl Fn(Vec3) -> f32) -> Mean {
-    mean(pairs(seed, 40_000).map(|u| bxdf.sample(at, u).map_or(0.0, |s| f64::from(s.weight.r * sky(s.wi)))))
+    mean(pairs(seed, 20_000).map(|u| bxdf.sample(at, u).map_or(0.0, |s| f64::from(s.weight.r * sky(s.wi)))))
 }
 
 #[test]

@@ -54,37 +54,35 @@ fn moments_have_their_closed_forms() {
     }
 }
 
-/// How many of the directions `c, phi` and its turned one end there, above the surface, under `horizon`.
-fn multiplicity(horizon: Horizon, along: f64, across: f64) -> f64 {
-    let above = |x: f64| f64::from(u8::from(x > 0.0));
-    let (here, turned) = (above(along + across), above(along - across));
-    match horizon {
-        Horizon::Clip | Horizon::Reject => here,
-        _ => here * (2.0 - turned),
-    }
-}
-
 /// Bins of equal mass of the whole lobe: `BINS.0` in `cos^(e + 1)`, `BINS.1` in azimuth about the axis.
 const BINS: (usize, usize) = (12, 16);
 
-/// What each bin expects: the whole lobe is uniform over them, and the policy multiplies it by 0, 1 or 2.
+/// What each bin expects: the whole lobe is uniform over `v = cos^(e + 1)` and azimuth, and the policy multiplies it by
+/// the number of directions (0, 1 or 2) that end there.
 fn expected(horizon: Horizon, e: f64, at: &Incidence, frame: &Frame, samples: f64) -> Vec<f64> {
-    const FINE: usize = 48;
+    const FINE: usize = 256;
     let mut bins = vec![0.0; BINS.0 * BINS.1];
     let (ng, r, s, t) = (at.ng.as_dvec3(), frame.n.as_dvec3(), frame.s.as_dvec3(), frame.t.as_dvec3());
-    for i in 0..BINS.0 * FINE {
-        let ln_cos = ((i as f64 + 0.5) / (BINS.0 * FINE) as f64).ln() / (e + 1.0);
-        let (cos, sin) = (ln_cos.exp(), (-(2.0 * ln_cos).exp_m1()).sqrt());
-        for j in 0..BINS.1 * FINE {
-            let (y, x) = (TAU * (j as f64 + 0.5) / (BINS.1 * FINE) as f64).sin_cos();
-            let across = sin * (x * ng.dot(s) + y * ng.dot(t));
-            bins[i / FINE * BINS.1 + j / FINE] += multiplicity(horizon, cos * ng.dot(r), across);
+    for j in 0..BINS.1 * FINE {
+        // At each azimuth, one of a direction and its turned one is above the horizon always, and the other if the
+        // angle to the axis is small: if v is above `limit`.
+        let (y, x) = (TAU * (j as f64 + 0.5) / (BINS.1 * FINE) as f64).sin_cos();
+        let across = x * ng.dot(s) + y * ng.dot(t);
+        let limit = (1.0 + (ng.dot(r) / across).powi(2)).powf(-0.5 * (e + 1.0));
+        for i in 0..BINS.0 {
+            let (from, to) = (i as f64 / BINS.0 as f64, (i + 1) as f64 / BINS.0 as f64);
+            let beyond = to - limit.clamp(from, to);
+            let folds = !matches!(horizon, Horizon::Clip | Horizon::Reject);
+            let mass = match (across >= 0.0, folds) {
+                (false, _) => beyond,
+                (true, false) => to - from,
+                (true, true) => 2.0 * (to - from) - beyond,
+            };
+            bins[i * BINS.1 + j / FINE] += mass / (BINS.1 * FINE) as f64;
         }
     }
-    let total: f64 = bins.iter().sum();
-    let cells = (BINS.0 * BINS.1 * FINE * FINE) as f64;
-    let mass = if horizon == Horizon::Reject { total } else { cells };
-    bins.iter().map(|m| m * samples / mass).collect()
+    let drawn = if horizon == Horizon::Reject { bins.iter().sum() } else { 1.0 };
+    bins.iter().map(|mass| mass * samples / drawn).collect()
 }
 
 #[test]

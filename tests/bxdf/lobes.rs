@@ -1,7 +1,9 @@
 //! The list of lobes that the sweeps run over, and the incidences at which they do.
 
 use super::oracle;
-use gloss::bxdf::{Bxdf, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Incidence, Mirror, Plastic};
+use gloss::bxdf::{
+    Bxdf, Coat, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Incidence, Mirror, Plastic,
+};
 use gloss::core::{Frame, Rgb, Vec3};
 
 /// Every policy.
@@ -59,7 +61,7 @@ fn conductor(alpha: f32, ior: Option<ComplexIor>) -> Case {
 fn plastic(alpha: f32, eta: f32) -> Case {
     Case {
         name: format!("plastic alpha = {alpha} eta = {eta}"),
-        bxdf: Bxdf::Plastic(Plastic::new(REFLECTANCE, eta, alpha)),
+        bxdf: Bxdf::Plastic(Plastic::new(REFLECTANCE, Coat::new(eta, alpha))),
         furnace: Furnace::AtMost(1.0),
         reciprocal: true,
         broad: alpha >= 0.15,

@@ -26,7 +26,7 @@ fn furnaces_return_the_albedo() {
         for theta in ANGLES {
             let at = incidence(theta);
             let weights = |u| case.bxdf.sample(&at, u).map_or(0.0, |s| f64::from(s.weight.r));
-            let furnace = mean(pairs(1, 20_000).map(weights));
+            let furnace = mean(pairs(1, 10_000).map(weights));
             let what = format!("{} at {theta} degrees", case.name);
             let albedo = f64::from(case.bxdf.albedo(&at).r);
             match &case.furnace {
@@ -49,12 +49,12 @@ fn samples_agree_with_value_and_density() {
         for u in pairs(2, 400) {
             let Some(s) = case.bxdf.sample(at, u) else { continue };
             let (f_cos, ln_pdf) = (case.bxdf.f_cos(at, s.wi), case.bxdf.ln_pdf(at, s.wi));
-            // What the rounding of the direction is worth: the change of the density a little to each side.
+            // What the rounding of the direction and of frames is worth, 5e-7 together.
             let sides = Frame::new(s.wi);
-            let tolerance = [sides.s, -sides.s, sides.t, -sides.t]
+            let tolerance = [sides.s, -sides.s, sides.t, -sides.t, sides.n, -sides.n]
                 .map(|d| (case.bxdf.ln_pdf(at, s.wi + 1e-6 * d) - ln_pdf).abs())
                 .into_iter()
-                .fold(1e-5, |sum, d| sum + 0.3 * d);
+                .fold(1e-5, |sum, d| sum + 0.5 * d);
             assert!((s.wi.length() - 1.0).abs() < 2e-7, "{what}: {u:?} {}", s.wi.length());
             assert!(at.ng.dot(s.wi) > 0.0, "{what}: {u:?}");
             let grazing = at.ng.dot(s.wi) < 1e-4 || at.n.dot(s.wi) < 1e-4;
@@ -65,7 +65,7 @@ fn samples_agree_with_value_and_density() {
             for (f, weight) in f_cos.to_array().into_iter().zip(s.weight.to_array()) {
                 let ratio = f64::from(f) / pdf;
                 if pdf > 1e-30 && !grazing {
-                    let relative = 2e-5 + f64::from(tolerance);
+                    let relative = 2e-5 + f64::from(tolerance + 2e-7 / at.n.dot(s.wi));
                     assert!(
                         (ratio - f64::from(weight)).abs() < relative * f64::from(weight),
                         "{what}: {u:?} {ratio} {weight}"
@@ -82,9 +82,9 @@ fn densities_integrate_to_the_mass_that_is_sampled() {
         if !case.broad {
             return;
         }
-        let sampled = mean(pairs(3, 20_000).map(|u| f64::from(u8::from(case.bxdf.sample(at, u).is_some()))));
+        let sampled = mean(pairs(3, 10_000).map(|u| f64::from(u8::from(case.bxdf.sample(at, u).is_some()))));
         let uniform =
-            mean(pairs(4, 40_000).map(|u| 4.0 * PI * f64::from(case.bxdf.pdf(at, warp::uniform_sphere(u)))));
+            mean(pairs(4, 15_000).map(|u| 4.0 * PI * f64::from(case.bxdf.pdf(at, warp::uniform_sphere(u)))));
         let (difference, error) = (sampled.mean - uniform.mean, sampled.error.hypot(uniform.error));
         assert!(difference.abs() < 5.0 * error, "{what}: {} {} +- {error}", sampled.mean, uniform.mean);
     });
@@ -97,9 +97,9 @@ fn values_integrate_to_the_furnace() {
             return;
         }
         let sampled =
-            mean(pairs(5, 20_000).map(|u| case.bxdf.sample(at, u).map_or(0.0, |s| f64::from(s.weight.g))));
+            mean(pairs(5, 10_000).map(|u| case.bxdf.sample(at, u).map_or(0.0, |s| f64::from(s.weight.g))));
         let uniform = mean(
-            pairs(6, 40_000).map(|u| 4.0 * PI * f64::from(case.bxdf.f_cos(at, warp::uniform_sphere(u)).g)),
+            pairs(6, 15_000).map(|u| 4.0 * PI * f64::from(case.bxdf.f_cos(at, warp::uniform_sphere(u)).g)),
         );
         let (difference, error) = (sampled.mean - uniform.mean, sampled.error.hypot(uniform.error));
         assert!(

@@ -16,6 +16,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("[camera]\neye = [0, nan, 1]", "<scene>:2:11", "camera.eye.1: NaN is not a finite number"),
     ("[camera]\neye = [inf, 0, 1]", "<scene>:2:8", "camera.eye.0: inf is not a finite number"),
     ("[camera]\neye = [0, 0, 0]", "<scene>:1:1", "camera.look_at: the same point as `eye`"),
+    ("[camera]\neye = [1e300, 0, 0]", "<scene>:2:7", "too far away"),
     ("[camera]\nup = [0, 0, 2]", "<scene>:2:6", "camera.up: parallel to the direction"),
     ("[camera]\nup = [0, 0, 0]", "<scene>:2:6", "a direction must not be zero"),
     ("[camera]\nresolution = [640, 0]", "<scene>:2:20", "from 1 to 65536"),
@@ -29,6 +30,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("[settings]\nspp = -1", "<scene>:2:7", "expected u32"),
     ("[settings]\nglossy_samples = [9, 0]", "<scene>:2:18", "each number must be from 1"),
     ("[settings]\nglossy_samples = { brunch = 9 }", "<scene>:2:18", "{ branch = whole number }"),
+    ("[settings]\nglossy_samples = { branch = 9, deep = 1 }", "<scene>:2:18", "{ branch = whole number }"),
     ("[settings]\nhorizon = \"folded\"", "<scene>:2:11", "unknown value `folded`; did you mean `fold`?"),
     ("[settings]\npreset = \"lectur\"", "<scene>:2:10", "did you mean `lecture`?"),
     ("[settings]\nself_hit = { a = 1 }", "<scene>:2:12", ""),
@@ -47,7 +49,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("[materials.m]\ntype = \"diffuse\"\ncd = { checker = [0, 1], size = 0 }", "<scene>:3:33", "above zero"),
     ("[materials.m]\ntype = \"conductor\"\nmetal = \"gold\"\nk = 1", "<scene>:1:1", "`eta` and `k`"),
     ("[materials.m]\ntype = \"conductor\"\nalpha = 2", "<scene>:3:9", "the roughest is 1"),
-    ("[materials.m]\ntype = \"plastic\"\neta = 0.5", "<scene>:3:7", "at least 1"),
+    ("[materials.m]\ntype = \"plastic\"\neta = 0.5", "<scene>:3:7", "from 1 (air) to 100"),
     ("[materials.m]\ntype = \"emissive\"\nradiance = [1e13, 0, 0]", "<scene>:3:12", "too bright"),
     (
         "[materials.lemon]\ntype = \"mirror\"\n[[shapes]]\ntype = \"sphere\"\nmaterial = \"lemn\"",
@@ -112,13 +114,17 @@ fn each_mistake_is_named_with_its_place_and_what_would_mend_it() {
 
 #[test]
 fn json_mistakes_have_their_places_too() {
-    let complaint = |text| load_str(text, Format::Json, Path::new(""), &[]).unwrap_err().to_string();
+    let complaint = |text: &str| load_str(text, Format::Json, Path::new(""), &[]).unwrap_err().to_string();
     let unknown = complaint("{\n  \"camera\": {\n    \"eyes\": [0, 0, 1]\n  }\n}");
     assert!(unknown.starts_with("<scene>:3:13: unknown key `eyes`; did you mean `eye`?"), "{unknown}");
     let negative = complaint("{ \"ambient\": [0, 0, -1] }");
     assert!(negative.starts_with("<scene>:1:14: ambient: -1 is negative"), "{negative}");
     let cut = complaint("{\n \"camera\": {");
     assert!(cut.starts_with("<scene>:2:"), "{cut}");
+    let deep = complaint(&"[".repeat(100_000));
+    assert!(deep.starts_with("<scene>:1:"), "{deep}");
+    let closed = complaint(&format!("{}{}", "[".repeat(100_000), "]".repeat(100_000)));
+    assert!(closed.contains("nested more than 64 deep"), "{closed}");
     let twice = complaint("{ \"ambient\": 1, \"ambient\": 2 }");
     assert!(twice.contains("duplicate key `ambient`"), "{twice}");
 }

@@ -113,11 +113,54 @@ impl LightBounds {
         }
     }
 
+    /// How much a group of lights costs: intensity times the sizes of the box and of the cone (eq. 1 of the paper,
+    /// with the squared diagonal for the area of the box, which lights along a line have too).
+    pub(super) fn cost(&self) -> f32 {
+        let spread = self.cos_spread.clamp(-1.0, 1.0).acos();
+        let reach = (spread + std::f32::consts::FRAC_PI_2).min(std::f32::consts::PI);
+        let cone = std::f32::consts::TAU * (1.0 - self.cos_spread)
+            + std::f32::consts::FRAC_PI_2
+                * (2.0 * reach * sin_of(self.cos_spread)
+                    - (spread - 2.0 * reach).cos()
+                    - 2.0 * spread * sin_of(self.cos_spread)
+                    + self.cos_spread);
+        self.intensity * cone * self.bounds.size().length_squared()
+    }
+}
+
+/// What [`importance`](Self::importance) needs of [`LightBounds`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Emission {
+    /// Of the sphere about the box.
+    center: Vec3,
+    radius_squared: f32,
+    axis: Vec3,
+    cos_spread: f32,
+    sin_spread: f32,
+    intensity: f32,
+    both_sides: bool,
+}
+
+impl From<LightBounds> for Emission {
+    fn from(b: LightBounds) -> Self {
+        Self {
+            center: b.bounds.center(),
+            radius_squared: 0.25 * b.bounds.size().length_squared(),
+            axis: b.axis,
+            cos_spread: b.cos_spread,
+            sin_spread: sin_of(b.cos_spread),
+            intensity: b.intensity,
+            both_sides: b.both_sides,
+        }
+    }
+}
+
+impl Emission {
     /// About how much irradiance the lights may give to the receiver; 0 only if they give none.
     #[inline]
     pub(super) fn importance(&self, to: &Receiver) -> f32 {
-        let way = self.bounds.center() - to.p;
-        let radius_squared = 0.25 * self.bounds.size().length_squared();
+        let way = self.center - to.p;
+        let radius_squared = self.radius_squared;
         let squared = way.length_squared();
         if squared <= radius_squared {
             return (self.intensity / radius_squared.max(f32::MIN_POSITIVE)).min(1e30);
@@ -131,7 +174,7 @@ impl LightBounds {
         let cos_axis = (-self.axis.dot(way) * inverse).clamp(-1.0, 1.0);
         let cos_axis = if self.both_sides { cos_axis.abs() } else { cos_axis };
         let sin_axis = sin_of(cos_axis);
-        let cos_out = cos_difference(sin_axis, cos_axis, sin_of(self.cos_spread), self.cos_spread);
+        let cos_out = cos_difference(sin_axis, cos_axis, self.sin_spread, self.cos_spread);
         let greatest_out = cos_difference(sin_of(cos_out), cos_out, sin_box, cos_box);
         if greatest_out <= 0.0 {
             return 0.0;
@@ -144,19 +187,5 @@ impl LightBounds {
         let out = 0.5 * (greatest_out + cos_out.max(0.0));
         let into = (0.5 * (greatest_in + cos_in.max(0.0))).max(LEAST_COSINE);
         (self.intensity * out * into / squared).min(1e30)
-    }
-
-    /// How much a group of lights costs: intensity times the sizes of the box and of the cone (eq. 1 of the paper,
-    /// with the squared diagonal for the area of the box, which lights along a line have too).
-    pub(super) fn cost(&self) -> f32 {
-        let spread = self.cos_spread.clamp(-1.0, 1.0).acos();
-        let reach = (spread + std::f32::consts::FRAC_PI_2).min(std::f32::consts::PI);
-        let cone = std::f32::consts::TAU * (1.0 - self.cos_spread)
-            + std::f32::consts::FRAC_PI_2
-                * (2.0 * reach * sin_of(self.cos_spread)
-                    - (spread - 2.0 * reach).cos()
-                    - 2.0 * spread * sin_of(self.cos_spread)
-                    + self.cos_spread);
-        self.intensity * cone * self.bounds.size().length_squared()
     }
 }

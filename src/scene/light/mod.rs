@@ -8,6 +8,7 @@ mod alias;
 mod bounds;
 mod choose;
 pub mod environment;
+mod far;
 mod mesh;
 mod point;
 mod rectangle;

@@ -3,6 +3,28 @@
 use glam::DVec3;
 use std::f64::consts::TAU;
 
+/// An angle as a complex number of any length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turn {
+    cos: f64,
+    sin: f64,
+}
+
+impl Turn {
+    /// The sum of two angles.
+    #[inline]
+    fn then(self, o: Self) -> Self {
+        Self { cos: self.cos * o.cos - self.sin * o.sin, sin: self.sin * o.cos + self.cos * o.sin }
+    }
+
+    /// In `[0, 2 pi)`; what is below a full turn by rounding only is 0.
+    #[inline]
+    fn angle(self) -> f64 {
+        let angle = self.sin.atan2(self.cos);
+        if angle < -1e-12 { angle + TAU } else { angle.max(0.0) }
+    }
+}
+
 /// The part of the unit sphere about the origin onto which the rectangle `[x0, x1] x [y0, y1]` at height `z < 0`
 /// projects.
 ///
@@ -17,7 +39,8 @@ pub(super) struct SphericalRectangle {
     z: f64,
     /// z components of the normals of the planes through the origin and the edges at `y0` and `y1`.
     b: [f64; 2],
-    k: f64,
+    /// The sum of the angles at `x0`.
+    g23: Turn,
     solid_angle: f64,
 }
 
@@ -25,16 +48,14 @@ impl SphericalRectangle {
     /// As seen from the origin; `z` is negative (or zero, for a rectangle seen edge-on).
     #[inline]
     pub(super) fn new(x: [f64; 2], y: [f64; 2], z: f64) -> Self {
-        // The angle between the planes through the edges at x[i] and y[j], whose cosine is c / (lengths).
+        // The angles g0 to g3 between neighbouring planes through the edges as complex numbers: their product has the
+        // sum of the angles as its argument, which takes one arc tangent instead of four.
         let zz = z * z;
-        let corner = |x: f64, y: f64, c: f64| (-z * (zz + x * x + y * y).sqrt()).atan2(c);
-        let g0 = corner(x[1], y[0], y[0] * x[1]);
-        let g1 = corner(x[1], y[1], -x[1] * y[1]);
-        let g2 = corner(x[0], y[1], x[0] * y[1]);
-        let g3 = corner(x[0], y[0], -x[0] * y[0]);
-        let k = TAU - g2 - g3;
+        let corner = |x: f64, y: f64, cos: f64| Turn { cos, sin: -z * (zz + x * x + y * y).sqrt() };
+        let g01 = corner(x[1], y[0], y[0] * x[1]).then(corner(x[1], y[1], -x[1] * y[1]));
+        let g23 = corner(x[0], y[1], x[0] * y[1]).then(corner(x[0], y[0], -x[0] * y[0]));
         let b = [-y[0] / (zz + y[0] * y[0]).sqrt(), y[1] / (zz + y[1] * y[1]).sqrt()];
-        Self { x, y, z, b, k, solid_angle: g0 + g1 - k }
+        Self { x, y, z, b, g23, solid_angle: g01.then(g23).angle() }
     }
 
     /// In steradians.
@@ -47,7 +68,7 @@ impl SphericalRectangle {
     #[inline]
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
         // The x that cuts u[0] of the solid angle off.
-        let angle = u[0] * self.solid_angle + self.k;
+        let angle = u[0] * self.solid_angle - self.g23.angle();
         let (sin, cos) = angle.sin_cos();
         let f = (cos * self.b[0] - self.b[1]) / sin;
         let cu = ((f * f + self.b[0] * self.b[0]).sqrt().recip().copysign(f)).clamp(-1.0, 1.0);

@@ -2,7 +2,7 @@
 
 use super::Receiver;
 use super::alias::below_one;
-use super::bounds::LightBounds;
+use super::bounds::{Emission, LightBounds};
 use crate::geometry::Aabb;
 use glam::Vec3;
 
@@ -11,7 +11,7 @@ use glam::Vec3;
 /// Source: Conty Estevez and Kulla 2018, *Importance Sampling of Many Lights with Adaptive Tree Splitting*.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
-    /// The root is first, a left child next to its parent.
+    /// The root is first; two children lie side by side.
     nodes: Vec<Node>,
     /// For each light the turns from the root to it, the first in the lowest bit (1 is right); `None` for a light
     /// that is not in the tree.
@@ -20,16 +20,28 @@ pub(super) struct LightTree {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    bounds: LightBounds,
+    emission: Emission,
     link: Link,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Link {
-    /// Index of the right child.
-    Right(u32),
+    /// Index of the left child; the right one is next.
+    Children(u32),
     /// Index of the light.
     Light(u32),
+}
+
+impl Node {
+    /// Over one or more leaves, not linked yet.
+    fn new(leaves: &[(u32, LightBounds)]) -> Self {
+        Self { emission: bounds_of(leaves).into(), link: Link::Children(0) }
+    }
+}
+
+/// The bounds of one or more leaves.
+fn bounds_of(leaves: &[(u32, LightBounds)]) -> LightBounds {
+    leaves[1..].iter().fold(leaves[0].1, |all, (_, leaf)| all.union(leaf))
 }
 
 /// From this depth on nodes are split into halves, so that a trail of 64 turns always suffices.
@@ -48,26 +60,26 @@ impl LightTree {
             trails: vec![None; if leaves.is_empty() { 0 } else { bounds.len() }],
         };
         if !leaves.is_empty() {
-            tree.build(&mut leaves, 0, 0);
+            tree.nodes.push(Node::new(&leaves));
+            tree.build(0, &mut leaves, 0, 0);
         }
         tree
     }
 
-    /// Appends the tree over `leaves`, of which there is at least one.
-    fn build(&mut self, leaves: &mut [(u32, LightBounds)], depth: u32, trail: u64) {
-        let index = self.nodes.len();
-        if let [(light, bounds)] = *leaves {
-            self.nodes.push(Node { bounds, link: Link::Light(light) });
+    /// Puts children below node `index`, which stands over `leaves`.
+    fn build(&mut self, index: usize, leaves: &mut [(u32, LightBounds)], depth: u32, trail: u64) {
+        if let [(light, _)] = *leaves {
+            self.nodes[index].link = Link::Light(light);
             self.trails[light as usize] = Some(trail);
             return;
         }
-        let bounds = leaves[1..].iter().fold(leaves[0].1, |all, (_, b)| all.union(b));
-        self.nodes.push(Node { bounds, link: Link::Right(0) });
-        let middle = split(leaves, &bounds, depth);
+        let middle = split(leaves, depth);
         let (left, right) = leaves.split_at_mut(middle);
-        self.build(left, depth + 1, trail);
-        self.nodes[index].link = Link::Right(self.nodes.len() as u32);
-        self.build(right, depth + 1, trail | 1 << depth);
+        let children = self.nodes.len();
+        self.nodes[index].link = Link::Children(children as u32);
+        self.nodes.extend([Node::new(left), Node::new(right)]);
+        self.build(children, left, depth + 1, trail);
+        self.build(children + 1, right, depth + 1, trail | 1 << depth);
     }
 
     /// Whether no light is in the tree.
@@ -79,13 +91,14 @@ impl LightTree {
     /// About how much irradiance all its lights may give to the receiver.
     #[inline]
     pub(super) fn importance(&self, to: &Receiver) -> f32 {
-        self.nodes.first().map_or(0.0, |root| root.bounds.importance(to))
+        self.nodes.first().map_or(0.0, |root| root.emission.importance(to))
     }
 
-    /// How often a choice at an inner node goes left; `None` if neither side gives light.
+    /// How often a choice between two children goes left; `None` if neither side gives light.
     #[inline]
-    fn left_share(&self, left: usize, right: u32, to: &Receiver) -> Option<f64> {
-        let [left, right] = [left, right as usize].map(|i| f64::from(self.nodes[i].bounds.importance(to)));
+    fn left_share(&self, children: u32, to: &Receiver) -> Option<f64> {
+        let [left, right] =
+            [0, 1].map(|side| f64::from(self.nodes[children as usize + side].emission.importance(to)));
         (left + right > 0.0).then(|| left / (left + right))
     }
 
@@ -96,16 +109,16 @@ impl LightTree {
         loop {
             match self.nodes.get(index)?.link {
                 Link::Light(light) => return Some((light, probability, choice)),
-                Link::Right(right) => {
-                    let left_share = self.left_share(index + 1, right, to)?;
+                Link::Children(children) => {
+                    let left_share = self.left_share(children, to)?;
                     if choice < left_share {
                         choice = below_one(choice / left_share);
                         probability *= left_share;
-                        index += 1;
+                        index = children as usize;
                     } else {
                         choice = below_one((choice - left_share) / (1.0 - left_share));
                         probability *= 1.0 - left_share;
-                        index = right as usize;
+                        index = children as usize + 1;
                     }
                 }
             }
@@ -117,14 +130,14 @@ impl LightTree {
     pub(super) fn probability(&self, to: &Receiver, light: u32) -> f64 {
         let Some(mut trail) = self.trails.get(light as usize).copied().flatten() else { return 0.0 };
         let (mut index, mut probability) = (0, 1.0);
-        while let Link::Right(right) = self.nodes[index].link {
-            let Some(left_share) = self.left_share(index + 1, right, to) else { return 0.0 };
+        while let Link::Children(children) = self.nodes[index].link {
+            let Some(left_share) = self.left_share(children, to) else { return 0.0 };
             if trail & 1 == 0 {
                 probability *= left_share;
-                index += 1;
+                index = children as usize;
             } else {
                 probability *= 1.0 - left_share;
-                index = right as usize;
+                index = children as usize + 1;
             }
             trail >>= 1;
         }
@@ -133,13 +146,13 @@ impl LightTree {
 }
 
 /// Reorders two or more leaves into two groups and gives the size of the first, neither of them empty.
-fn split(leaves: &mut [(u32, LightBounds)], all: &LightBounds, depth: u32) -> usize {
+fn split(leaves: &mut [(u32, LightBounds)], depth: u32) -> usize {
     let centers = Aabb::around(leaves.iter().map(|(_, b)| b.bounds.center()));
     let bin_of = |axis: usize, b: &LightBounds| {
         let at = (b.bounds.center()[axis] - centers.min[axis]) / centers.size()[axis];
         ((at * BINS as f32) as usize).min(BINS - 1)
     };
-    let best = if depth < HALVE_FROM { best_split(leaves, all, centers.size(), bin_of) } else { None };
+    let best = if depth < HALVE_FROM { best_split(leaves, centers.size(), bin_of) } else { None };
     if let Some((axis, last)) = best {
         leaves.sort_by_key(|(_, b)| bin_of(axis, b) > last);
         return leaves.partition_point(|(_, b)| bin_of(axis, b) <= last);
@@ -154,11 +167,10 @@ fn split(leaves: &mut [(u32, LightBounds)], all: &LightBounds, depth: u32) -> us
 /// The axis and the last bin of the first group that cost least; `None` if all centres are one point.
 fn best_split(
     leaves: &[(u32, LightBounds)],
-    all: &LightBounds,
     size: Vec3,
     bin_of: impl Fn(usize, &LightBounds) -> usize,
 ) -> Option<(usize, usize)> {
-    let longest = all.bounds.size().max_element();
+    let extent = leaves.iter().fold(Aabb::EMPTY, |all, (_, leaf)| all.union(leaf.bounds)).size();
     let mut best = None;
     for axis in (0..3).filter(|&axis| size[axis] > 0.0) {
         let mut bins = [None::<LightBounds>; BINS];
@@ -167,7 +179,7 @@ fn best_split(
             *bin = join(*bin, Some(*leaf));
         }
         // Thin boxes should be cut across (the paper's regularisation).
-        let regular = longest / all.bounds.size()[axis];
+        let regular = extent.max_element() / extent[axis];
         for last in 0..BINS - 1 {
             let [first, second] =
                 [&bins[..=last], &bins[last + 1..]].map(|side| side.iter().copied().fold(None, join));

@@ -19,6 +19,10 @@ pub(super) fn build(desc: &CameraDesc, at: &At<'_>, world: &World) -> Result<Cam
         return Err(at.key("resolution").key(i).fail(message));
     }
     let eye = at.vector("eye", desc.eye)?;
+    let eye_in_unit = world.to_unit(eye);
+    if !eye_in_unit.is_finite() {
+        return Err(at.key("eye").fail("too far away for the size of the scene"));
+    }
     let look_at = at.vector("look_at", desc.look_at)?;
     let up = at.direction("up", desc.up)?;
     let Some(forward) = (look_at - eye).try_normalize() else {
@@ -29,7 +33,7 @@ pub(super) fn build(desc: &CameraDesc, at: &At<'_>, world: &World) -> Result<Cam
         return Err(at.key("up").fail(message));
     }
     let pixel = pixel_at_unit_distance(desc, at)? / at.positive("zoom", desc.zoom)?;
-    Ok(Camera::look_at(world.to_unit(eye), forward, up, pixel, desc.resolution))
+    Ok(Camera::look_at(eye_in_unit, forward, up, pixel, desc.resolution))
 }
 
 /// Edge of a pixel on the plane at distance 1, before zoom.

@@ -2,7 +2,7 @@
 
 use super::SceneError;
 use super::source::At;
-use crate::bxdf::{ComplexIor, Horizon};
+use crate::bxdf::{Coat, ComplexIor, Horizon};
 use crate::core::Rgb;
 use crate::scene::desc::colour::{CheckerDesc, ColourDesc};
 use crate::scene::desc::material::{ConductorDesc, DielectricDesc, ExponentDesc, MatteDesc, PlasticDesc};
@@ -78,8 +78,9 @@ impl Context<'_> {
     /// Plastic.
     pub(super) fn plastic(&self, name: String, desc: &PlasticDesc) -> Result<Material, SceneError> {
         let eta = self.at.positive("eta", desc.eta)?;
-        if eta < 1.0 {
-            return Err(self.at.key("eta").fail(format!("{eta}: a coat is denser than air, at least 1")));
+        if !(1.0..=100.0).contains(&eta) {
+            let message = format!("{eta}: the index of a coat must be from 1 (air) to 100");
+            return Err(self.at.key("eta").fail(message));
         }
         let base = self.texture(["kd", "cd"], desc.kd, &desc.cd)?;
         let base = base.unwrap_or(Texture::Constant(Rgb::BLACK));
@@ -87,7 +88,10 @@ impl Context<'_> {
             return Err(self.at.key("kd").fail("kd cd is above 1: no base reflects more light than arrives"));
         }
         let alpha = self.roughness(desc.alpha, desc.exponent)?;
-        Ok(Material { specular: Specular::Plastic { base, eta: eta as f32, alpha }, ..black(name) })
+        Ok(Material {
+            specular: Specular::Plastic { base, coat: Coat::new(eta as f32, alpha) },
+            ..black(name)
+        })
     }
 
     /// Glass.

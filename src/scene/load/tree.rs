@@ -54,7 +54,7 @@ impl Node {
             message: strip_position(&e.to_string()),
             offset: offset_of(text, e.line(), e.column()),
         })?;
-        json_node(text, raw)
+        json_node(text, raw, DEEPEST)
     }
 
     /// The value under a key, if this is a table that has it.
@@ -137,17 +137,23 @@ fn toml_node(offset: usize, value: &DeValue<'_>) -> Result<Node, SyntaxError> {
     Ok(Node { place: Place::Offset(offset), value })
 }
 
+/// How deep JSON may be nested: no scene comes near, and the stack ends far beyond.
+const DEEPEST: u32 = 64;
+
 /// The nodes of valid JSON; a raw value is a slice of `text`, so that its address tells its offset.
-fn json_node(text: &str, raw: &RawValue) -> Result<Node, SyntaxError> {
+fn json_node(text: &str, raw: &RawValue, deeper: u32) -> Result<Node, SyntaxError> {
     let source = raw.get();
     let offset = source.as_ptr() as usize - text.as_ptr() as usize;
     let fail = |e: serde_json::Error| SyntaxError { message: strip_position(&e.to_string()), offset };
+    let Some(deeper) = deeper.checked_sub(1) else {
+        return Err(SyntaxError { message: format!("nested more than {DEEPEST} deep"), offset });
+    };
     let value = match source.as_bytes().first() {
         Some(b'{') => {
             let JsonObject(pairs) = serde_json::from_str(source).map_err(fail)?;
             let mut entries: Vec<Entry> = Vec::with_capacity(pairs.len());
             for (key, raw) in pairs {
-                let node = json_node(text, raw)?;
+                let node = json_node(text, raw, deeper)?;
                 if entries.iter().any(|e| e.key == key) {
                     return Err(SyntaxError { message: format!("duplicate key `{key}`"), offset });
                 }
@@ -157,7 +163,7 @@ fn json_node(text: &str, raw: &RawValue) -> Result<Node, SyntaxError> {
         }
         Some(b'[') => {
             let items: Vec<&RawValue> = serde_json::from_str(source).map_err(fail)?;
-            Value::Array(items.into_iter().map(|raw| json_node(text, raw)).collect::<Result<_, _>>()?)
+            Value::Array(items.into_iter().map(|raw| json_node(text, raw, deeper)).collect::<Result<_, _>>()?)
         }
         Some(b'"') => Value::String(serde_json::from_str(source).map_err(fail)?),
         Some(b't' | b'f') => Value::Bool(source == "true"),

@@ -1,6 +1,7 @@
 //! Radiance from beyond everything.
 
 mod broad;
+mod cumulative;
 mod gradient;
 mod image;
 mod studio;
@@ -94,11 +95,14 @@ impl Environment {
             Self::Studio(studio) => studio.sample(to.n, choice, u),
             Self::Image(image) => image.sample(choice, u),
         };
-        let pdf = self.pdf(to, wi);
+        let (le, pdf) = match self {
+            Self::Image(image) => image.le_and_pdf(wi),
+            _ => (self.le(wi), self.pdf(to, wi)),
+        };
         (pdf > 0.0).then(|| LightSample {
             wi,
             t_max: f32::INFINITY,
-            le_over_pdf: self.le(wi) / pdf,
+            le_over_pdf: le / pdf,
             ln_pdf: pdf.ln(),
             shadow: true,
         })

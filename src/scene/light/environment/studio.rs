@@ -99,7 +99,7 @@ impl Studio {
     /// and a low rim light behind, before a dim grey cove; the camera is thought at +z. A white sphere's front comes
     /// out at about radiance 1 for `scale` 1. `rotation_deg` turns it about +y, counter-clockwise from above.
     pub fn product_shot(scale: f32, rotation_deg: f32) -> Self {
-        let turn = |v: Vec3| Vec3::from(glam::Mat3::from_rotation_y(rotation_deg.to_radians()) * v);
+        let turn = |v: Vec3| glam::Mat3::from_rotation_y(rotation_deg.to_radians()) * v;
         let softbox = |toward: Vec3, half_size, radiance: Rgb| Softbox {
             toward: turn(toward),
             half_size,

@@ -1,0 +1,149 @@
+//! Choosing among lights that do not weaken with distance.
+
+use super::alias::below_one;
+use super::bounds::LEAST_COSINE;
+use super::{Environment, Light, Receiver};
+use glam::Vec3;
+
+/// Which light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Pick {
+    Light(u32),
+    Environment,
+}
+
+/// A light that is as strong at any distance.
+#[derive(Clone, Copy, Debug)]
+struct FarLight {
+    pick: Pick,
+    toward: Toward,
+    /// Luminance of what arrives on a surface that faces it.
+    irradiance: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Toward {
+    Everywhere,
+    Direction(Vec3),
+    Point(Vec3),
+}
+
+/// Lights that are as strong at any distance.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FarLights {
+    list: Vec<FarLight>,
+    /// Share of the irradiance of the lights up to and with each one.
+    sums: Vec<f64>,
+    /// Half of the irradiance of all: what a surface gets that faces half of them.
+    unweighed: f32,
+}
+
+/// Up to so many far lights are weighed by how the receiver faces them; more are chosen by irradiance alone.
+const WEIGHED: usize = 8;
+
+impl FarLight {
+    fn new(pick: Pick, toward: Toward, irradiance: f32) -> Option<Self> {
+        (irradiance > 0.0 && irradiance.is_finite()).then_some(Self { pick, toward, irradiance })
+    }
+
+    /// About how much irradiance it gives to the receiver; never 0.
+    #[inline]
+    fn importance(&self, to: &Receiver) -> f32 {
+        let cos = match self.toward {
+            Toward::Everywhere => 1.0,
+            Toward::Direction(wi) => to.n.dot(wi),
+            Toward::Point(position) => to.n.dot((position - to.p).normalize_or_zero()),
+        };
+        self.irradiance * cos.max(LEAST_COSINE)
+    }
+}
+
+impl FarLights {
+    /// Those of `lights` and the environment; an environment that emits is the first.
+    pub(super) fn new(lights: &[Light], environment: Option<&Environment>) -> Self {
+        let environment = environment.and_then(|environment| {
+            FarLight::new(Pick::Environment, Toward::Everywhere, environment.irradiance().luminance())
+        });
+        let lights = lights.iter().enumerate().filter_map(|(i, light)| {
+            let pick = Pick::Light(i as u32);
+            match light {
+                Light::Directional(light) => {
+                    FarLight::new(pick, Toward::Direction(light.wi), light.irradiance.luminance())
+                }
+                Light::Point(light) if !light.falloff => {
+                    FarLight::new(pick, Toward::Point(light.position), light.intensity.luminance())
+                }
+                _ => None,
+            }
+        });
+        let list: Vec<_> = environment.into_iter().chain(lights).collect();
+        let total: f64 = list.iter().map(|light| f64::from(light.irradiance)).sum();
+        let mut sum = 0.0;
+        let sums = list.iter().map(|light| {
+            sum += f64::from(light.irradiance) / total;
+            sum
+        });
+        Self { sums: sums.collect(), list, unweighed: (0.5 * total) as f32 }
+    }
+
+    /// Whether there is none.
+    #[inline]
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Whether the environment is among them, as number 0.
+    #[inline]
+    pub(super) fn has_environment(&self) -> bool {
+        self.list.first().is_some_and(|first| first.pick == Pick::Environment)
+    }
+
+    /// About how much irradiance all of them give to the receiver.
+    #[inline]
+    pub(super) fn importance(&self, to: &Receiver) -> f32 {
+        if self.list.len() <= WEIGHED {
+            self.list.iter().map(|light| light.importance(to)).sum()
+        } else {
+            self.unweighed
+        }
+    }
+
+    /// One of them, the probability of choosing it, and what is left of `choice`. There must be one.
+    #[inline]
+    pub(super) fn sample(&self, to: &Receiver, choice: f64) -> (Pick, f64, f64) {
+        let last = self.list.len() - 1;
+        if last == 0 {
+            return (self.list[0].pick, 1.0, choice);
+        }
+        let (index, before) = if self.list.len() <= WEIGHED {
+            let total = f64::from(self.importance(to));
+            let mut before = 0.0;
+            let mut index = 0;
+            loop {
+                let share = f64::from(self.list[index].importance(to)) / total;
+                if index == last || choice < before + share {
+                    break (index, before);
+                }
+                before += share;
+                index += 1;
+            }
+        } else {
+            let index = self.sums.partition_point(|&sum| sum <= choice).min(last);
+            (index, if index == 0 { 0.0 } else { self.sums[index - 1] })
+        };
+        let probability = self.probability(to, index);
+        (self.list[index].pick, probability, below_one((choice - before) / probability))
+    }
+
+    /// The probability with which [`sample`](Self::sample) chooses number `index`.
+    #[inline]
+    pub(super) fn probability(&self, to: &Receiver, index: usize) -> f64 {
+        if self.list.len() == 1 {
+            1.0
+        } else if self.list.len() <= WEIGHED {
+            f64::from(self.list[index].importance(to)) / f64::from(self.importance(to))
+        } else {
+            self.sums[index] - if index == 0 { 0.0 } else { self.sums[index - 1] }
+        }
+    }
+}
