@@ -12,10 +12,11 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`compare`], [`farm`], [`trace`], ... | whole jobs made of renders |
+//! | 6 | [`batch`], [`compare`], [`farm`], [`sweep`], [`trace`], ... | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
+pub mod batch;
 pub mod bxdf;
 pub mod cli;
 pub mod compare;
@@ -27,4 +28,5 @@ pub mod image_io;
 pub mod integrator;
 pub mod render;
 pub mod scene;
+pub mod sweep;
 pub mod trace;
