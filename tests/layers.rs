@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 13] = [
+const MAY_IMPORT: [(&str, &[&str]); 15] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -17,6 +17,9 @@ const MAY_IMPORT: [(&str, &[&str]); 13] = [
     ("trace", WORK),
     ("compare", WORK),
     ("farm", WORK),
+    ("batch", WORK),
+    // A sweep makes its pictures in the workshop of `batch`.
+    ("sweep", &["scene", "batch"]),
     (
         "cli",
         &[
@@ -32,6 +35,8 @@ const MAY_IMPORT: [(&str, &[&str]); 13] = [
             "trace",
             "compare",
             "farm",
+            "batch",
+            "sweep",
         ],
     ),
 ];

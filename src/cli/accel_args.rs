@@ -41,11 +41,19 @@ const BACKEND: &str = "Backend";
 impl AccelArgs {
     fn options(&self, scene: &Scene) -> BuildOptions {
         BuildOptions {
+            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
+            ..self.build_options()
+        }
+    }
+
+    /// How to build for pictures of any scene.
+    pub(super) fn build_options(&self) -> BuildOptions {
+        BuildOptions {
             quality: self.quality,
             robust: !self.fast,
             compact: self.compact,
             embree_mode: self.embree_mode,
-            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
+            skip: SkipSupport::Any,
             threads: self.threads,
         }
     }
