@@ -1,8 +1,9 @@
 //! The wave loop: all paths of a wave take one step together.
 
-use super::direct::Unoccluded;
+use super::bounce::Dimension;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
+use super::vertex::Outgoing;
 use crate::accel::{Accelerator, Coherence};
 use crate::core::{Hit, Ray, Rgb, Sampler};
 use crate::film::{Film, PixelRect, RadianceSum};
@@ -13,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Paths in a wave, at most.
 ///
 /// Memory is bounded by this times the depth, whatever the numbers of samples.
-const CAPACITY: usize = 4096;
+const CAPACITY: usize = 2048;
 
 /// Radiance of camera samples, by waves of rays.
 pub struct Integrator<'a> {
@@ -25,13 +26,31 @@ pub struct Integrator<'a> {
 }
 
 /// A camera sample of the wave in work: where its radiance comes together.
-struct Root {
+pub(super) struct Root {
     /// Its pixel, as an index into the tile's film.
     pixel: u32,
     /// The pixel's random numbers.
-    sampler: Sampler,
+    pub sampler: Sampler,
     /// Its radiance so far.
     sum: [RadianceSum; 3],
+}
+
+impl Root {
+    /// Adds light to the sample; what cannot be added is counted.
+    #[inline]
+    pub(super) fn add(&mut self, radiance: Rgb, tally: &mut Tally) {
+        if !radiance.is_black() && tally.dropped.accepts(radiance) {
+            for (sum, channel) in self.sum.iter_mut().zip(radiance.to_array()) {
+                *sum += RadianceSum::from_finite(channel);
+            }
+        }
+    }
+
+    /// The numbers by which a path chooses a lobe and a light.
+    #[inline]
+    pub(super) fn choice(&self, path: &Path) -> [f32; 2] {
+        self.sampler.pair(path.index, Dimension::Choice.at(path.depth))
+    }
 }
 
 /// Samples to be taken.
@@ -58,10 +77,19 @@ pub struct Scratch {
 
 /// Shadow rays and the light that each lets through.
 #[derive(Default)]
-struct Shadows {
+pub(super) struct Shadows {
     rays: Vec<Ray>,
     light: Vec<(u32, Rgb)>,
     occluded: Vec<bool>,
+}
+
+impl Shadows {
+    /// Adds `radiance` to the camera sample `slot` if nothing is in the way of `ray`.
+    #[inline]
+    pub(super) fn push(&mut self, slot: u32, radiance: Rgb, ray: Ray) {
+        self.rays.push(ray);
+        self.light.push((slot, radiance));
+    }
 }
 
 /// Vertices with more rays than the next wave had room for: a list per depth of splitting, the deepest last.
@@ -182,27 +210,13 @@ impl<'a> Integrator<'a> {
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
         let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
+        let waiting = waiting.lists.last_mut().expect("each step begins with a list");
+        let mut out = Outgoing { next, waiting, shadows, tally };
         for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
             let root = &mut roots[path.slot as usize];
-            let Some(hit) = hit else {
-                deposit(&mut root.sum, self.miss(path, ray), tally);
-                continue;
-            };
-            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
-            deposit(&mut root.sum, shaded.radiance, tally);
-            match shaded.direct {
-                Some(Unoccluded { radiance, ray: Some(ray) }) => {
-                    shadows.rays.push(ray);
-                    shadows.light.push((path.slot, radiance));
-                }
-                Some(Unoccluded { radiance, ray: None }) => deposit(&mut root.sum, radiance, tally),
-                None => {}
-            }
-            if let Some(mut vertex) = shaded.vertex {
-                self.make_rays(&mut vertex, &root.sampler, next);
-                if vertex.leaving.remaining() > 0 {
-                    waiting.lists.last_mut().expect("each step begins with a list").push(vertex);
-                }
+            match hit {
+                Some(hit) => self.shade(path, ray, hit, root, &mut out),
+                None => root.add(self.miss(path, ray), out.tally),
             }
         }
     }
@@ -221,7 +235,7 @@ impl<'a> Integrator<'a> {
         });
         for (&(slot, radiance), &occluded) in light.iter().zip(&*occluded) {
             if !occluded {
-                deposit(&mut roots[slot as usize].sum, radiance, tally);
+                roots[slot as usize].add(radiance, tally);
             }
         }
     }
@@ -245,16 +259,6 @@ impl<'a> Integrator<'a> {
             }
         }
         wave.len() > 0
-    }
-}
-
-/// Adds light to a camera sample.
-#[inline]
-fn deposit(sum: &mut [RadianceSum; 3], radiance: Rgb, tally: &mut Tally) {
-    if !radiance.is_black() && tally.dropped.accepts(radiance) {
-        for (sum, channel) in sum.iter_mut().zip(radiance.to_array()) {
-            *sum += RadianceSum::from_finite(channel);
-        }
     }
 }
 
