@@ -203,14 +203,19 @@ impl Integrator<'_> {
         if beta.is_black() {
             return None;
         }
+        let glossy = bxdf.kind() == LobeKind::Glossy;
         let child = Path {
             beta,
             slot: path.slot,
             index,
             depth: path.depth + 1,
-            glossy_depth: path.glossy_depth + u32::from(bxdf.kind() == LobeKind::Glossy),
+            glossy_depth: path.glossy_depth + u32::from(glossy),
             split: path.split,
-            ln_rate: sample.ln_pdf + leaving.rate[lobe].ln(),
+            ln_rate: if glossy && !settings.highlights {
+                f32::INFINITY
+            } else {
+                sample.ln_pdf + leaving.rate[lobe].ln()
+            },
             receiver_n: point.at.n,
             emission_only: leaving.emission_only[lobe],
         };

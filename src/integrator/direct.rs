@@ -38,7 +38,12 @@ impl Integrator<'_> {
         choice: f32,
         sampler: &Sampler,
     ) -> Option<Unoccluded> {
-        if !bsdf.lobes().any(|bxdf| bxdf.kind() != LobeKind::Delta) {
+        let takes_light = |bxdf: &Bxdf| match bxdf.kind() {
+            LobeKind::Delta => false,
+            LobeKind::Glossy => self.scene.settings.highlights,
+            LobeKind::Diffuse => true,
+        };
+        if !bsdf.lobes().any(takes_light) {
             return None;
         }
         let receiver = Receiver { p: point.p, n: point.at.n };
@@ -70,7 +75,7 @@ impl Integrator<'_> {
         let beyond_reach = light.ln_pdf == f32::INFINITY;
         match bxdf.kind() {
             LobeKind::Delta => Rgb::BLACK,
-            LobeKind::Glossy if beyond_reach && !settings.highlights => Rgb::BLACK,
+            LobeKind::Glossy if !settings.highlights => Rgb::BLACK,
             // What a glossy lobe shows lies one reflection further on, which the path may not take.
             LobeKind::Glossy if rate == 0.0 && self.is_last(path) => Rgb::BLACK,
             _ if beyond_reach => bxdf.f_cos(&point.at, light.wi),

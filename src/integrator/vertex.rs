@@ -60,7 +60,7 @@ impl Integrator<'_> {
             let seen = self.end(path, &point.at, &bsdf, &root.sampler, out.tally);
             root.add(seen, out.tally);
         }
-        if self.has_lights {
+        if self.samples_lights {
             match self.sample_light(path, &point, &bsdf, &leaving, choice[1], &root.sampler) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
                 Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),

@@ -7,7 +7,7 @@ use super::vertex::Outgoing;
 use crate::accel::{Accelerator, Coherence};
 use crate::core::{Hit, Ray, Rgb, Sampler};
 use crate::film::{Film, PixelRect, RadianceSum};
-use crate::scene::Scene;
+use crate::scene::{Plan, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,7 +20,7 @@ const CAPACITY: usize = 2048;
 pub struct Integrator<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a dyn Accelerator,
-    pub(super) has_lights: bool,
+    pub(super) samples_lights: bool,
     pub(super) capacity: usize,
     log: Option<&'a dyn RayLog>,
 }
@@ -103,7 +103,7 @@ struct Waiting {
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
-        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY, log: None }
+        Self { scene, accel, samples_lights: Plan::of(scene).samples_lights, capacity: CAPACITY, log: None }
     }
 
     /// Tells `log` of every ray.
