@@ -4,8 +4,9 @@ use glam::{DVec3, Vec3};
 use gloss::accel::{self, Backend, BuildOptions};
 use gloss::bxdf::Horizon;
 use gloss::core::Rgb;
+use gloss::film::Film;
 use gloss::geometry::{Shape, Sphere};
-use gloss::render::{Outcome, RenderOptions, Silent, render};
+use gloss::render::{Outcome, RenderOptions, Silent, State, render};
 use gloss::scene::{
     AtMaxDepth, Camera, Geometry, GlossySamples, Lights, Material, Scene, Settings, Specular, Texture, World,
 };
@@ -129,7 +130,8 @@ fn noisy() -> Scene {
 fn a_render_that_goes_on_and_shards_that_are_merged_are_the_whole() {
     let scene = noisy();
     let whole = run(&scene, &RenderOptions::default()).film;
-    let part = |samples, resume| {
+    let part = |samples, resume: Option<Film>| {
+        let resume = resume.map(State::from);
         run(&scene, &RenderOptions { samples: Some(samples), resume, ..Default::default() }).film
     };
 

@@ -50,6 +50,18 @@ impl AccelArgs {
         }
     }
 
+    /// Which of these flags the last bits of a picture may depend on, for people and to compare.
+    pub(super) fn identity(&self) -> String {
+        let name = |value: &dyn std::fmt::Debug| format!("{value:?}").to_ascii_lowercase();
+        let [backend, mode, quality] = [name(&self.backend), name(&self.embree_mode), name(&self.quality)];
+        let tests = if self.fast { "fast" } else { "robust" };
+        let size = if self.compact { "compact" } else { "full" };
+        match self.backend {
+            Backend::Embree => format!("{backend} {mode} {quality} {tests} {size}"),
+            Backend::Bvh | Backend::Brute => format!("{backend} {quality} {tests} {size}"),
+        }
+    }
+
     /// Builds the structure over the scene's shapes.
     pub(super) fn build(&self, scene: &Scene) -> Result<Box<dyn Accelerator>, Failure> {
         let built = accel::build(self.backend, &scene.shapes, &self.options(scene));

@@ -6,8 +6,10 @@
 mod accel_args;
 mod diff;
 mod exit;
+mod farm_args;
 mod generate;
 mod info;
+mod merge;
 mod output;
 mod parse;
 mod progress;
@@ -35,6 +37,7 @@ enum Command {
     Render(render::Args),
     Info(info::Args),
     Gen(generate::Args),
+    Merge(merge::Args),
     Diff(diff::Args),
     Schema(schema::Args),
 }
@@ -45,7 +48,7 @@ Exit codes:
    0  done
    1  failed; of diff: the pictures differ by more than the threshold
    2  bad usage, bad scene, or pictures that cannot be compared
-  75  interrupted by Ctrl-C or SIGTERM; nothing is written
+  75  interrupted by Ctrl-C or SIGTERM; no picture is written, but a checkpoint where one is kept
 
 Examples:
   gloss gen knot --triangles 200000 -o knot.ply
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Gen(args) => generate::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Schema(args) => schema::run(&args),
     };

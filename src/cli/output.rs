@@ -26,6 +26,11 @@ impl Output {
         Ok(outputs)
     }
 
+    /// What kind of file it is.
+    pub(super) fn format(&self) -> Format {
+        self.format
+    }
+
     /// Where it goes.
     pub(super) fn path(&self) -> &Path {
         &self.path

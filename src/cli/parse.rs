@@ -1,9 +1,11 @@
 //! Values of flags: from what is typed to what is meant.
 
+use super::farm_args::ShardFlag;
 use crate::film::PixelRect;
 use crate::scene::settings::Auto;
 use crate::scene::{GlossySamples, Override};
 use std::num::NonZeroU32;
+use std::time::Duration;
 
 /// `640x480`.
 pub(super) fn resolution(typed: &str) -> Result<[u32; 2], String> {
@@ -61,6 +63,38 @@ pub(super) fn tile_size(typed: &str) -> Result<u32, String> {
     }
 }
 
+/// `I/N`, `auto` or `auto/N`.
+pub(super) fn shard(typed: &str) -> Result<ShardFlag, String> {
+    const FORM: &str = "write it as I/N from 0/N on, such as 3/8, or auto, or auto/N";
+    let (index, count) = match typed.split_once('/') {
+        Some((index, count)) => (index, Some(count.parse::<u32>().map_err(|_| FORM)?)),
+        None => (typed, None),
+    };
+    match (index, count) {
+        ("auto", None) => Ok(ShardFlag::Auto(None)),
+        (_, Some(0)) => Err("there must be at least one shard".to_owned()),
+        ("auto", count) => Ok(ShardFlag::Auto(count)),
+        (index, Some(count)) => Ok(ShardFlag::Number(index.parse().map_err(|_| FORM)?, count)),
+        (_, None) => Err(FORM.to_owned()),
+    }
+}
+
+/// A time: `90s`, `5m`, `1.5h`, or seconds without a unit.
+pub(super) fn duration(typed: &str) -> Result<Duration, String> {
+    let at = typed.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(typed.len());
+    let unit = match &typed[at..] {
+        "ms" => 1e-3,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("a time ends in ms, s, m or h, such as 90s".to_owned()),
+    };
+    match typed[..at].trim().parse::<f64>() {
+        Ok(number) if (0.0..=1e9).contains(&number) => Ok(Duration::from_secs_f64(number * unit)),
+        _ => Err("write a time as a number and its unit, such as 90s, 5m or 1.5h".to_owned()),
+    }
+}
+
 /// A number from `low` to `high`.
 fn number_between(typed: &str, low: f32, high: f32) -> Result<f32, String> {
     match typed.parse::<f32>() {
@@ -102,6 +136,12 @@ mod tests {
         let defined = definition("shapes.0.file=a=b.obj").unwrap();
         assert_eq!((&*defined.path, &*defined.value), ("shapes.0.file", "a=b.obj"));
         assert_eq!(tile_size("64"), Ok(64));
+        assert_eq!(shard("3/8"), Ok(ShardFlag::Number(3, 8)));
+        assert_eq!(shard("auto/8"), Ok(ShardFlag::Auto(Some(8))));
+        assert_eq!(shard("auto"), Ok(ShardFlag::Auto(None)));
+        assert_eq!(duration("1.5h"), Ok(Duration::from_secs(5400)));
+        assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
         assert_eq!(exposure("-1.5"), Ok(-1.5));
         assert_eq!(threshold("inf"), Ok(f64::INFINITY));
     }
@@ -119,6 +159,12 @@ mod tests {
         }
         for bad in ["", "key", "=1", " =1"] {
             assert!(definition(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "3", "3/", "/8", "3/0", "auto/0", "auto/x", "a/8"] {
+            assert!(shard(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "s", "-1s", "5 days", "1e300h", "nan"] {
+            assert!(duration(bad).is_err(), "{bad}");
         }
         for bad in ["7", "-8", "8192", ""] {
             assert!(tile_size(bad).is_err(), "{bad}");

@@ -2,6 +2,7 @@
 
 use super::accel_args::AccelArgs;
 use super::exit::{Exit, Failure, OrExit};
+use super::farm_args::{Begin, FarmArgs, Watch, state_of};
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
@@ -21,14 +22,21 @@ use std::time::Instant;
 #[command(after_help = "\
 Files are written whole or not at all: an older file of the same name stays until the new one is complete.
 
-Exit codes: 0 done, 1 failed, 2 bad usage or bad scene, 75 interrupted (nothing is written).
+With --checkpoint, Ctrl-C and SIGTERM write one and end with code 75, SIGUSR1 writes one and goes on; the same command
+with --resume goes on. A shard keeps its own checkpoint, OUTPUT.part, goes on from it by itself, and does nothing if its
+output is finished; two processes at one shard do no harm.
+
+Exit codes: 0 done, 1 failed, 2 bad usage, bad scene or another picture's checkpoint, 75 interrupted (no picture is
+written).
 
 Examples:
   gloss render scenes/lemon.toml -o lemon.png
   gloss render scenes/lemon.toml -o lemon.exr -o lemon.png --spp 1024 --exposure 0.5
   gloss render scenes/lemon.toml -o part.png --resolution 3840x2160 --crop 1600,900,2240,1260
   gloss render scenes/lemon.toml -o lecture.png --preset lecture --backend bvh
-  gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10")]
+  gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10
+  gloss render scenes/lemon.toml -o lemon.png --checkpoint lemon.state.exr --resume
+  gloss render scenes/lemon.toml -o lemon-3.exr --shard 3/8")]
 pub(super) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -52,6 +60,9 @@ pub(super) struct Args {
 
     #[command(flatten)]
     accel: AccelArgs,
+
+    #[command(flatten)]
+    farm: FarmArgs,
 
     /// How to tell about progress on stderr
     #[arg(long, value_name = "STYLE", default_value_t, value_enum)]
@@ -77,6 +88,15 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let load_seconds = clock.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
     tell_before(args, &scene);
+    let mut job = match args.farm.begin(&args.scene.scene, &scene, &args.accel, args.crop, &outputs)? {
+        Begin::Job(job) => job,
+        Begin::Done(path) => {
+            if !args.quiet {
+                note(&format!("{}: this shard is finished", path.display()));
+            }
+            return Ok(Exit::Done);
+        }
+    };
 
     let clock = Instant::now();
     let accel = args.accel.build(&scene)?;
@@ -84,22 +104,27 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
 
     let options = RenderOptions {
         threads: args.accel.threads,
-        crop: args.crop,
+        crop: Some(job.rect()),
+        samples: Some(job.samples()),
+        resume: job.take_resume(),
         tile_size: args.tile_size,
         ..RenderOptions::default()
     };
     interrupt.stops_softly();
     let reporter = Reporter::start(if args.quiet { Style::None } else { args.progress });
-    let outcome = render(&scene, &*accel, &options, &reporter, interrupt.stop());
+    let keeper = job.keep(&interrupt)?;
+    let watch = Watch { reporter: &reporter, keeper: keeper.as_ref() };
+    let outcome = render(&scene, &*accel, &options, &watch, interrupt.stop());
     reporter.finish();
+    let state = state_of(&outcome.film, &outcome.tally, &outcome.decisions);
     if outcome.stopped_by == StopReason::Interrupted {
-        note(&format!("interrupted after {:.1} s of rendering: nothing is written", outcome.seconds));
-        return Ok(Exit::Interrupted);
+        return job.break_off(keeper, &state, outcome.seconds);
     }
+    let all_written = job.finish(keeper, &state)?;
 
     let report = Report { args, scene: &scene, accel: accel.info(), outcome, load_seconds, build_seconds };
     let attributes = report.attributes();
-    for output in &outputs {
+    for output in outputs.iter().filter(|_| !all_written) {
         output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
     }
     report.tell(&outputs);

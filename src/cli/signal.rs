@@ -1,8 +1,8 @@
-//! Ctrl-C and SIGTERM: stop soon, say so, write nothing.
+//! Ctrl-C and SIGTERM: stop soon and say so. SIGUSR1: a checkpoint, please.
 
 use super::exit::{Exit, Failure, OrExit};
 use super::terminal::note;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,16 +14,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) struct Interrupt {
     stop: Arc<AtomicBool>,
     soft: Arc<AtomicBool>,
+    checkpoint: Arc<AtomicBool>,
 }
 
 impl Interrupt {
     /// Starts to listen.
     pub(super) fn listen() -> Result<Self, Failure> {
-        let mut signals = Signals::new([SIGINT, SIGTERM]).or_failed()?;
-        let interrupt = Self { stop: Arc::default(), soft: Arc::default() };
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGUSR1]).or_failed()?;
+        let interrupt = Self { stop: Arc::default(), soft: Arc::default(), checkpoint: Arc::default() };
         let (stop, soft) = (Arc::clone(&interrupt.stop), Arc::clone(&interrupt.soft));
+        let checkpoint = Arc::clone(&interrupt.checkpoint);
         let listen = move || {
-            for _ in signals.forever() {
+            for signal in signals.forever() {
+                if signal == SIGUSR1 {
+                    checkpoint.store(true, Ordering::Relaxed);
+                    continue;
+                }
                 let first = !stop.swap(true, Ordering::Relaxed);
                 if !(first && soft.load(Ordering::Relaxed)) {
                     note("interrupted: nothing is written");
@@ -39,6 +45,11 @@ impl Interrupt {
     /// From now on, somebody looks at [`stop`](Self::stop).
     pub(super) fn stops_softly(&self) {
         self.soft.store(true, Ordering::Relaxed);
+    }
+
+    /// Raised by SIGUSR1; whoever writes a checkpoint lowers it.
+    pub(super) fn checkpoint_asked(&self) -> &Arc<AtomicBool> {
+        &self.checkpoint
     }
 
     /// Whether to stop.

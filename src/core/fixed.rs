@@ -4,7 +4,10 @@
 /// the same bits in whatever order, thread, tile or shard the terms came.
 ///
 /// A term is cut to a multiple of `2^-FRACTION`; a sum beyond the range stays at the end of the range.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+///
+/// serde sees the words of [`to_words`](Fixed::to_words).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(into = "[u32; 4]", from = "[u32; 4]")]
 pub struct Fixed<const FRACTION: i32>(i128);
 
 impl<const FRACTION: i32> Fixed<FRACTION> {
@@ -50,6 +53,18 @@ impl<const FRACTION: i32> Fixed<FRACTION> {
     /// The number that [`to_words`](Self::to_words) wrote.
     pub fn from_words(words: [u32; 4]) -> Self {
         Self(words.iter().rev().fold(0u128, |bits, &w| bits << 32 | u128::from(w)) as i128)
+    }
+}
+
+impl<const FRACTION: i32> From<Fixed<FRACTION>> for [u32; 4] {
+    fn from(fixed: Fixed<FRACTION>) -> Self {
+        fixed.to_words()
+    }
+}
+
+impl<const FRACTION: i32> From<[u32; 4]> for Fixed<FRACTION> {
+    fn from(words: [u32; 4]) -> Self {
+        Self::from_words(words)
     }
 }
 

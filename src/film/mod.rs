@@ -10,7 +10,7 @@ pub type RadianceSum = Fixed<72>;
 pub type SquareSum = Fixed<64>;
 
 /// A rectangle of pixels, `x0 <= x < x1` and `y0 <= y < y1`; y counts downwards.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct PixelRect {
     /// First column.
     pub x0: u32,
@@ -91,7 +91,7 @@ impl Pixel {
 }
 
 /// Samples that could not be added, by what was wrong with them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Dropped {
     /// A channel was NaN.
     pub nan: u64,

@@ -35,7 +35,7 @@ pub trait RayLog: Sync {
 }
 
 /// Rays of one class and the time that the accelerator took for them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ClassCount {
     /// Rays asked.
     pub rays: u64,
@@ -44,7 +44,7 @@ pub struct ClassCount {
 }
 
 /// Counts of a tile, or of a whole render once merged; the order of merging changes nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Tally {
     /// Rays by class.
     classes: [ClassCount; 4],

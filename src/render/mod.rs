@@ -3,6 +3,7 @@
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
 //! `split` into how many rays a glossy hit is worth splitting.
 
+mod decisions;
 mod noise;
 mod split;
 mod tile;
@@ -11,7 +12,6 @@ use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
 use crate::integrator::{Integrator, Scratch, Work};
 use crate::scene::{GlossySamples, Scene};
-use noise::Convergence;
 use rayon::prelude::*;
 use split::SplitMap;
 use std::ops::Range;
@@ -19,6 +19,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
+
+pub use decisions::Decisions;
 
 pub use crate::integrator::{ClassCount, RayClass, RayLog, Tally};
 
@@ -38,8 +40,9 @@ pub struct RenderOptions<'a> {
     pub time: Option<Duration>,
     /// Stop where the estimated relative error is below this: samples go where it is not.
     pub noise: Option<f64>,
-    /// Go on from this film, made by the same scene and settings.
-    pub resume: Option<Film>,
+    /// Go on from here, where a render of the same scene and settings was broken off: the picture is the same to the
+    /// bit as that of a render that was not.
+    pub resume: Option<State>,
     /// Is told of every ray.
     pub log: Option<&'a dyn RayLog>,
 }
@@ -52,10 +55,10 @@ pub trait Progress: Sync {
     /// `samples` more camera samples of at most `total` are done.
     fn advance(&self, samples: u64, total: u64);
 
-    /// Called after each tile with the film so far, whose pixels each hold a whole number of samples.
+    /// Called after each tile with the picture so far, whose pixels each hold a whole number of samples.
     ///
-    /// No other tile is added meanwhile.
-    fn film(&self, _film: &Film) {}
+    /// No other tile is added meanwhile: take what you need and return soon.
+    fn state(&self, _state: &State) {}
 }
 
 /// Tells nobody.
@@ -79,13 +82,33 @@ pub enum StopReason {
     Interrupted,
 }
 
+/// A picture in work: all that a render needs to go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// The picture so far.
+    pub film: Film,
+    /// What was counted on the way: rays by class and their time, throughput lost at the greatest depth.
+    pub tally: Tally,
+    /// What was decided on the way.
+    pub decisions: Decisions,
+}
+
+impl From<Film> for State {
+    /// A film of nothing but samples: for a render whose settings leave no decisions to it.
+    fn from(film: Film) -> Self {
+        Self { film, tally: Tally::default(), decisions: Decisions::default() }
+    }
+}
+
 /// A finished or interrupted render.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The picture.
     pub film: Film,
-    /// What was counted on the way: rays by class and their time, throughput lost at the greatest depth.
+    /// What was counted on the way, with that of the state from which the render went on.
     pub tally: Tally,
+    /// What was decided on the way.
+    pub decisions: Decisions,
     /// Wall time.
     pub seconds: f64,
     /// Time within tiles, summed over the threads: what the rays' times are shares of.
@@ -115,21 +138,27 @@ pub fn render(
         .expect("the operating system gives threads");
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     let stopped_by = pool.install(|| picture.render());
-    let state = picture.state.into_inner().expect("a thread that panics ends the render");
+    let state = picture.state.into_inner().expect(NO_PANIC);
     Outcome {
         film: state.film,
         tally: state.tally,
+        decisions: state.decisions,
         seconds: started.elapsed().as_secs_f64(),
         thread_seconds: Duration::from_nanos(picture.thread_nanoseconds.into_inner()).as_secs_f64(),
         stopped_by,
     }
 }
 
-/// What the threads add to.
-struct State {
-    film: Film,
-    tally: Tally,
+/// A pass over all tiles.
+struct Round<'a> {
+    /// Samples per pixel at its end.
+    target: u32,
+    /// Which of the pilot rounds it is, if it is one.
+    pilot: Option<usize>,
+    splits: &'a SplitMap,
 }
+
+const NO_PANIC: &str = "a thread that panics ends the render";
 
 /// A render in work.
 struct Picture<'a> {
@@ -157,8 +186,9 @@ impl<'a> Picture<'a> {
         let [width, height] = scene.camera.resolution;
         let rect = options.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height });
         assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
-        let film = options.resume.clone().unwrap_or_else(|| Film::new(scene.camera.resolution, rect));
-        assert_eq!(film.rect, rect, "a render goes on with the film that it began with");
+        let begin = || State::from(Film::new(scene.camera.resolution, rect));
+        let state = options.resume.clone().unwrap_or_else(begin);
+        assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
         let by_tile = matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
         let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         Self {
@@ -170,34 +200,55 @@ impl<'a> Picture<'a> {
             deadline: options.time.map(|time| started + time),
             samples: options.samples.clone().unwrap_or(0..scene.settings.spp),
             tiles: tiles(rect, tile_size),
-            state: Mutex::new(State { film, tally: Tally::default() }),
+            state: Mutex::new(state),
             thread_nanoseconds: AtomicU64::new(0),
         }
     }
 
     /// Takes rounds of samples until a rule says that it is enough.
     fn render(&mut self) -> StopReason {
+        let count = self.samples.end - self.samples.start;
         let mut splits = SplitMap::constant(self.scene.settings.glossy_samples.at(0), self.tiles.len());
         let mut done = 0;
         if matches!(self.scene.settings.glossy_samples, GlossySamples::Auto(_)) {
-            splits = self.pilot(&mut done);
+            match self.pilot(&mut done, count) {
+                Ok(chosen) => splits = chosen,
+                Err(reason) => return reason,
+            }
         }
-        let mut convergence = self.options.noise.map(Convergence::new);
-        let count = self.samples.end - self.samples.start;
-        while done < count {
-            done = self.next_round(done, count);
-            self.round(done, &splits);
+        // A render that goes on is in the middle of a round.
+        let mut target = match self.state().decisions.target {
+            0 => self.next_round(done, count),
+            in_work => in_work,
+        };
+        loop {
+            self.state().decisions.target = target;
+            if self.all_clean() {
+                return StopReason::Noise;
+            }
+            self.round(&Round { target, pilot: None, splits: &splits });
             if let Some(reason) = self.must_stop() {
                 return reason;
             }
-            if let Some(convergence) = &mut convergence {
-                let film = &self.state.get_mut().expect("a thread that panics ends the render").film;
-                if convergence.update(film, &mut self.tiles) {
-                    return StopReason::Noise;
-                }
+            if let Some(threshold) = self.options.noise {
+                let state = self.state.get_mut().expect(NO_PANIC);
+                noise::judge(threshold, &state.film, &self.tiles, &mut state.decisions);
             }
+            if target >= count {
+                return if self.all_clean() { StopReason::Noise } else { StopReason::Samples };
+            }
+            target = self.next_round(target, count);
         }
-        self.must_stop().unwrap_or(StopReason::Samples)
+    }
+
+    /// Whether a threshold was asked for and is met everywhere; pixels where it is get no more samples.
+    fn all_clean(&mut self) -> bool {
+        let state = self.state.get_mut().expect(NO_PANIC);
+        self.options.noise.is_some() && noise::leave_clean(&state.decisions, &mut self.tiles)
+    }
+
+    fn state(&mut self) -> &mut State {
+        self.state.get_mut().expect(NO_PANIC)
     }
 
     /// Samples per pixel after the next round: all of them, unless there is a rule to be looked at on the way.
@@ -209,39 +260,56 @@ impl<'a> Picture<'a> {
     }
 
     /// Two small rounds, of one ray per glossy hit and of several: what they cost and what they gain decides.
-    fn pilot(&mut self, done: &mut u32) -> SplitMap {
-        let per_pilot = split::pilot_samples(self.samples.end - self.samples.start);
-        let measured = [1, split::PILOT_SPLIT].map(|m| {
-            *done += per_pilot;
-            self.round(*done, &SplitMap::constant(m, self.tiles.len()))
-        });
-        let [one, many] = measured;
+    fn pilot(&mut self, done: &mut u32, count: u32) -> Result<SplitMap, StopReason> {
+        let tiles = self.tiles.len();
+        self.state().decisions.prepare_pilot(tiles);
+        for (pilot, split) in [1, split::PILOT_SPLIT].into_iter().enumerate() {
+            *done = count.min(*done + split::pilot_samples(count));
+            let splits = SplitMap::constant(split, tiles);
+            self.round(&Round { target: *done, pilot: Some(pilot), splits: &splits });
+            if let Some(reason) = self.must_stop() {
+                return Err(reason);
+            }
+        }
         let top = self.tiles.first().map_or(0, |tile| tile.rect.y0);
         let columns = self.tiles.iter().take_while(|tile| tile.rect.y0 == top).count();
-        SplitMap::choose(&one, &many, columns)
+        let decisions = &self.state().decisions;
+        Ok(SplitMap::choose(&decisions.measured(0), &decisions.measured(1), columns))
     }
 
-    /// Brings every pixel that is still in work to `target` samples; what each tile's new samples were.
-    fn round(&self, target: u32, splits: &SplitMap) -> Vec<split::Measured> {
+    /// Brings every pixel that is still in work to the round's number of samples.
+    fn round(&self, round: &Round<'_>) {
         let tiles = self.tiles.par_iter().enumerate().with_max_len(1);
-        let work = tiles.map_init(Scratch::default, |scratch, (number, tile)| {
-            self.tile(tile, target, splits.of_tile(number), scratch)
+        tiles.for_each_init(Scratch::default, |scratch, (number, tile)| {
+            self.tile(round, number, tile, scratch);
         });
-        work.collect()
     }
 
-    fn tile(&self, tile: &Tile, target: u32, split: u32, scratch: &mut Scratch) -> split::Measured {
+    fn tile(&self, round: &Round<'_>, number: usize, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
         let mut film = Film::new(self.scene.camera.resolution, tile.rect);
         let mut tally = Tally::default();
         if self.must_stop().is_some() {
-            return split::Measured::default();
+            return;
         }
-        let groups = tile.pixels_by_count(&self.lock().film, target);
+        let groups = {
+            let state = self.lock();
+            if round.pilot.is_some_and(|pilot| state.decisions.pilot[pilot][number].is_some()) {
+                return;
+            }
+            tile.pixels_by_count(&state.film, round.target)
+        };
+        if groups.is_empty() {
+            return;
+        }
         for (count, pixels) in groups {
-            let samples = self.samples.start + count..self.samples.start + target;
-            let work = Work { pixels: &pixels, samples, split };
+            let samples = self.samples.start + count..self.samples.start + round.target;
+            let work = Work { pixels: &pixels, samples, split: round.splits.of_tile(number) };
             self.integrator.render(&mut film, &work, scratch, &mut tally, self.stop);
+        }
+        // What a pilot round measures of a tile must be all of it.
+        if round.pilot.is_some() && self.stop.load(Ordering::Relaxed) {
+            return;
         }
         film.dropped = tally.dropped;
         self.thread_nanoseconds.fetch_add(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
@@ -249,14 +317,16 @@ impl<'a> Picture<'a> {
         let mut state = self.lock();
         state.film.merge(&film);
         state.tally.merge(&tally);
+        if let Some(pilot) = round.pilot {
+            state.decisions.pilot[pilot][number] = Some(split::Measured::new(&film, &tally));
+        }
         let total = state.film.rect.area() as u64 * u64::from(self.samples.end - self.samples.start);
         self.progress.advance(tally.samples, total);
-        self.progress.film(&state.film);
-        split::Measured::new(&film, &tally)
+        self.progress.state(&state);
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, State> {
-        self.state.lock().expect("a thread that panics ends the render")
+        self.state.lock().expect(NO_PANIC)
     }
 
     fn must_stop(&self) -> Option<StopReason> {

@@ -1,51 +1,46 @@
 //! When a part of the picture is clean enough.
 
+use super::decisions::{Block, Decisions};
 use super::tile::Tile;
 use crate::film::{Film, Pixel};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Edge of the blocks of pixels that are judged together: one pixel's own estimate is too uncertain, and a pixel that
 /// has missed a rare bright path would call itself clean.
 const BLOCK: u32 = 8;
 
-/// Decides from the film alone, so that the same samples make the same decisions on any number of threads.
-///
-/// A block is left alone once its error has been below the threshold in two rounds in a row: the decision comes a
-/// round late, so that the samples that look clean by luck are not those that decide.
-pub(super) struct Convergence {
-    threshold: f64,
-    below_once: HashSet<(u32, u32)>,
+fn block_of(&(x, y): &(u32, u32)) -> Block {
+    (x / BLOCK, y / BLOCK)
 }
 
-impl Convergence {
-    pub(super) fn new(threshold: f64) -> Self {
-        Self { threshold, below_once: HashSet::new() }
+/// Takes the pixels of blocks that were found clean out of work; whether none is left.
+pub(super) fn leave_clean(decisions: &Decisions, tiles: &mut [Tile]) -> bool {
+    for tile in &mut *tiles {
+        tile.active.retain(|pixel| !decisions.clean.contains(&block_of(pixel)));
     }
+    tiles.iter().all(|tile| tile.active.is_empty())
+}
 
-    /// Takes the pixels of clean blocks out of work; whether all are clean.
-    pub(super) fn update(&mut self, film: &Film, tiles: &mut [Tile]) -> bool {
-        let floor = luminance_floor(film);
-        let mut blocks: std::collections::BTreeMap<(u32, u32), (f64, f64)> = Default::default();
-        for &(x, y) in tiles.iter().flat_map(|tile| &tile.active) {
-            let error = relative_error_squared(film.pixel(x, y), floor);
-            let block = blocks.entry((x / BLOCK, y / BLOCK)).or_default();
-            *block = (block.0 + error, block.1 + 1.0);
-        }
-        let below: HashSet<_> = blocks
-            .into_iter()
-            .filter(|(_, (sum, pixels))| (sum / pixels).sqrt() < self.threshold)
-            .map(|(block, _)| block)
-            .collect();
-        let done = |x: u32, y: u32| {
-            let block = (x / BLOCK, y / BLOCK);
-            below.contains(&block) && self.below_once.contains(&block)
-        };
-        for tile in &mut *tiles {
-            tile.active.retain(|&(x, y)| !done(x, y));
-        }
-        self.below_once = below;
-        tiles.iter().all(|tile| tile.active.is_empty())
+/// Finds the blocks that are clean at the end of a round.
+///
+/// Decides from the film alone, so that the same samples make the same decisions on any number of threads. A block is
+/// left alone once its error has been below the threshold in two rounds in a row: the decision comes a round late, so
+/// that the samples that look clean by luck are not those that decide.
+pub(super) fn judge(threshold: f64, film: &Film, tiles: &[Tile], decisions: &mut Decisions) {
+    let floor = luminance_floor(film);
+    let mut blocks: BTreeMap<Block, (f64, f64)> = BTreeMap::new();
+    for pixel in tiles.iter().flat_map(|tile| &tile.active) {
+        let error = relative_error_squared(film.pixel(pixel.0, pixel.1), floor);
+        let block = blocks.entry(block_of(pixel)).or_default();
+        *block = (block.0 + error, block.1 + 1.0);
     }
+    let below: BTreeSet<Block> = blocks
+        .into_iter()
+        .filter(|(_, (sum, pixels))| (sum / pixels).sqrt() < threshold)
+        .map(|(block, _)| block)
+        .collect();
+    decisions.clean.extend(below.intersection(&decisions.below_once));
+    decisions.below_once = below;
 }
 
 /// One hundredth of the picture's mean luminance: below it an error counts absolutely.

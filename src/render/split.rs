@@ -18,7 +18,7 @@ pub(super) fn pilot_samples(count: u32) -> u32 {
 }
 
 /// What a tile's samples of one round were like.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Measured {
     /// Sum over the pixels of the samples' variance relative to the squared mean.
     variance: f64,

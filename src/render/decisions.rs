@@ -1,0 +1,40 @@
+//! What a render has decided from its own samples, so that after a break it goes on as if there had been none.
+
+use super::split::Measured;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// A block of pixels by its column and row in the grid of blocks.
+pub(super) type Block = (u32, u32);
+
+/// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, and how
+/// the tiles' splitting turned out in the pilot rounds.
+///
+/// Together with the film, it is all that the samples still to come depend on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Decisions {
+    /// Samples per pixel at the end of the round in work; 0 before the first.
+    pub(super) target: u32,
+    /// What was measured in the tiles that either pilot round is done with.
+    pub(super) pilot: [Vec<Option<Measured>>; 2],
+    /// Blocks that get no more samples.
+    pub(super) clean: BTreeSet<Block>,
+    /// Blocks that were below the threshold at the end of the last round.
+    pub(super) below_once: BTreeSet<Block>,
+}
+
+impl Decisions {
+    /// Makes room for the pilot rounds of so many tiles, where there is none yet.
+    pub(super) fn prepare_pilot(&mut self, tiles: usize) {
+        for measured in &mut self.pilot {
+            if measured.len() != tiles {
+                *measured = vec![None; tiles];
+            }
+        }
+    }
+
+    /// What a pilot round measured in each tile.
+    pub(super) fn measured(&self, pilot: usize) -> Vec<Measured> {
+        self.pilot[pilot].iter().map(|tile| tile.unwrap_or_default()).collect()
+    }
+}

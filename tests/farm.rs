@@ -1,0 +1,436 @@
+//! Pictures in parts: broken off, killed, gone on with, shared among many and put together again, to the bit.
+
+use gloss::accel::{self, Backend, BuildOptions};
+use gloss::farm::Checkpoint;
+use gloss::image_io::read_image;
+use gloss::render::{Outcome, Progress, RenderOptions, Silent, State, StopReason, render};
+use gloss::scene::{Format, Scene, load_str};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Three glossy spheres under an uneven sky: noise everywhere.
+const SCENE: &str = r#"
+settings = { spp = 64, max_depth = 3 }
+camera = { resolution = [48, 32], eye = [0, 1, 5], look_at = [0, 0, 0] }
+environment = { type = "gradient", nadir = [0.1, 0.2, 0.1], horizon = [0.5, 0.6, 0.9], zenith = [2.0, 1.5, 1.0] }
+
+[materials.shiny]
+type = "cosine-power"
+exponent = 20
+
+[[shapes]]
+type = "sphere"
+material = "shiny"
+spheres = [[0, 0, 0, 1], [-1.8, 0, 0, 0.7], [1.8, 0.3, 0, 0.8]]
+"#;
+
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        std::fs::write(place.path("scene.toml"), SCENE).unwrap();
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn command(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gloss"));
+        command.current_dir(self.0.path()).args(arguments.split_whitespace()).stdin(Stdio::null());
+        command
+    }
+
+    fn gloss(&self, arguments: &str) -> Ran {
+        Ran::from(self.command(arguments).output().unwrap())
+    }
+
+    fn start(&self, arguments: &str) -> Child {
+        self.command(arguments).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
+    /// Renders the whole without a break.
+    fn whole(&self, flags: &str) -> Checkpoint {
+        let ran = self.gloss(&format!("render scene.toml -o whole.png --checkpoint whole.exr -q {flags}"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        Checkpoint::read(&self.path("whole.exr")).unwrap()
+    }
+}
+
+struct Ran {
+    code: i32,
+    err: String,
+}
+
+impl From<Output> for Ran {
+    fn from(output: Output) -> Self {
+        let code = output.status.code().expect("the program ends by itself");
+        Self { code, err: String::from_utf8(output.stderr).unwrap() }
+    }
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Waits until the program listens to SIGUSR1, which would end it before.
+#[cfg(target_os = "linux")]
+fn wait_until_it_listens(child: &Child) {
+    const USR1: u64 = 1 << 9;
+    let started = Instant::now();
+    loop {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        if u64::from_str_radix(caught.trim(), 16).unwrap() & USR1 != 0 {
+            return;
+        }
+        assert!(started.elapsed() < Duration::from_secs(60), "the program does not listen");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Waits for a file that can be read.
+fn wait_for(path: &Path) -> Checkpoint {
+    let started = Instant::now();
+    loop {
+        if let Ok(checkpoint) = Checkpoint::read(path) {
+            return checkpoint;
+        }
+        assert!(started.elapsed() < Duration::from_secs(60), "{} does not come", path.display());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn samples(checkpoint: &Checkpoint) -> u64 {
+    checkpoint.film.pixels.iter().map(|pixel| u64::from(pixel.count)).sum()
+}
+
+#[test]
+fn shards_merge_to_the_bits_of_the_whole() {
+    let place = Place::new();
+    let whole = place.whole("");
+    for (count, by) in [(1, "samples"), (2, "samples"), (7, "tiles"), (7, "samples"), (64, "samples")] {
+        let mut files = String::new();
+        for index in (0..count).rev() {
+            let name = format!("{by}-{index}-{count}.exr");
+            let ran = place
+                .gloss(&format!("render scene.toml -o {name} --shard {index}/{count} --shard-by {by} -q"));
+            assert_eq!(ran.code, 0, "{}", ran.err);
+            files.push_str(&name);
+            files.push(' ');
+        }
+        let ran = place.gloss(&format!("merge -o merged.png --checkpoint merged.exr {files}"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let merged = Checkpoint::read(&place.path("merged.exr")).unwrap();
+        assert_eq!(merged.film.pixels, whole.film.pixels, "{count} shards by {by}");
+        assert_eq!(merged.header.tally.all_rays().rays, whole.header.tally.all_rays().rays);
+        let pictures = ["merged.png", "whole.png"].map(|name| std::fs::read(place.path(name)).unwrap());
+        assert!(pictures[0] == pictures[1], "{count} shards by {by}: the pictures differ");
+    }
+    assert!(!place.names().iter().any(|name| name.contains(".part") || name.contains(".tmp")));
+}
+
+#[test]
+fn a_merge_says_what_is_missing_and_refuses_what_does_not_fit() {
+    let place = Place::new();
+    for index in [0, 2] {
+        let ran = place.gloss(&format!("render scene.toml -o {index}.exr --shard {index}/3 -q"));
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    }
+    let ran = place.gloss("merge -o merged.png 0.exr 2.exr");
+    assert_eq!(ran.code, 1);
+    assert!(ran.err.contains("shard 1/3, samples 21 to 42 is in none of the files"), "{}", ran.err);
+    assert!(!place.path("merged.png").exists());
+    assert_eq!(place.gloss("merge -o merged.png 0.exr 2.exr --partial").code, 0);
+
+    place.gloss("render scene.toml -o other.exr --shard 1/3 -q --max-depth 1");
+    let ran = place.gloss("merge -o merged.png 0.exr other.exr 2.exr");
+    assert_eq!(ran.code, 2);
+    assert!(ran.err.contains("max_depth: 3 in the file, 1 now"), "{}", ran.err);
+}
+
+#[test]
+fn a_finished_shard_is_left_alone_and_two_attempts_do_no_harm() {
+    let place = Place::new();
+    let shard = "render scene.toml -o 1.exr --shard 1/2";
+    let attempts = [0; 3].map(|_| place.start(shard));
+    for attempt in attempts {
+        let ran = Ran::from(attempt.wait_with_output().unwrap());
+        assert_eq!(ran.code, 0, "{}", ran.err);
+    }
+    let first = std::fs::read(place.path("1.exr")).unwrap();
+    let ran = place.gloss(shard);
+    assert!(ran.code == 0 && ran.err.contains("this shard is finished"), "{}", ran.err);
+    assert!(std::fs::read(place.path("1.exr")).unwrap() == first, "a finished file was written again");
+
+    let ran = place.gloss("render scene.toml -o 1.exr --shard 0/2");
+    assert!(ran.code == 2 && ran.err.contains("part: shard 1/2"), "{}", ran.err);
+    let task = [("SLURM_ARRAY_TASK_ID", "0"), ("SLURM_ARRAY_TASK_MIN", "0"), ("SLURM_ARRAY_TASK_MAX", "1")];
+    let ran = place.command("render scene.toml -o 0.exr --shard auto -q").envs(task).status().unwrap();
+    assert!(ran.success());
+    let ran = place.gloss("merge -o merged.png 0.exr 1.exr");
+    assert_eq!(ran.code, 0, "{}", ran.err);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_terminated_render_goes_on_to_the_same_bits() {
+    let place = Place::new();
+    let flags = "--spp 1000 --threads 1 --tile-size 8";
+    let render =
+        format!("render scene.toml -o a.png --checkpoint a.exr --resume --checkpoint-every 10ms {flags}");
+    let child = place.start(&render);
+    wait_for(&place.path("a.exr"));
+    signal(&child, "TERM");
+    let ran = Ran::from(child.wait_with_output().unwrap());
+    assert_eq!(ran.code, 75, "{}", ran.err);
+    assert!(ran.err.contains("a.exr has all of it"), "{}", ran.err);
+    let broken_off = Checkpoint::read(&place.path("a.exr")).unwrap();
+    assert!(!broken_off.header.is_finished() && !place.path("a.png").exists());
+
+    // Another checkpoint on demand, although the interval is long.
+    let rare = render.replace("10ms", "1h");
+    let child = place.start(&rare);
+    wait_until_it_listens(&child);
+    let started = Instant::now();
+    let after_signal = loop {
+        signal(&child, "USR1");
+        std::thread::sleep(Duration::from_millis(20));
+        let now = Checkpoint::read(&place.path("a.exr")).unwrap();
+        if samples(&now) > samples(&broken_off) {
+            break now;
+        }
+        assert!(started.elapsed() < Duration::from_secs(60), "no checkpoint on demand");
+    };
+    assert!(!after_signal.header.is_finished());
+    assert_eq!(Ran::from(child.wait_with_output().unwrap()).code, 0);
+    let finished = Checkpoint::read(&place.path("a.exr")).unwrap();
+    assert_eq!(finished.film.pixels, place.whole(flags).film.pixels);
+}
+
+#[test]
+fn a_finished_render_takes_more_samples() {
+    let place = Place::new();
+    let render = |spp: u32| {
+        place.gloss(&format!("render scene.toml -o a.png --checkpoint a.exr --resume --spp {spp}"))
+    };
+    assert_eq!((render(5).code, render(23).code), (0, 0));
+    let grown = Checkpoint::read(&place.path("a.exr")).unwrap();
+    assert_eq!(grown.film.pixels, place.whole("--spp 23").film.pixels);
+    assert_eq!(grown.header.tally.samples, 23 * 48 * 32);
+    let ran = render(6);
+    assert!(ran.code == 2 && ran.err.contains("samples per pixel: 23 in the file, 6 now"), "{}", ran.err);
+}
+
+#[test]
+fn another_pictures_checkpoint_and_a_damaged_one_are_refused() {
+    let place = Place::new();
+    place.whole("");
+    let again = "render scene.toml -o again.png --checkpoint whole.exr";
+    let ran = place.gloss(again);
+    assert!(ran.code == 2 && ran.err.contains("add --resume"), "{}", ran.err);
+    for (flags, difference) in [
+        ("--seed 5", "seed: 0 in the file, 5 now"),
+        ("-D materials.shiny.exponent=21", "scene.toml or a file that it names has changed"),
+        ("--resolution 48x31", "resolution: 48 x 32 in the file, 48 x 31 now"),
+        ("--backend brute", "backend: "),
+    ] {
+        let ran = place.gloss(&format!("{again} --resume {flags}"));
+        assert!(ran.code == 2 && ran.err.contains(difference), "{flags}: {}", ran.err);
+    }
+    let bytes = std::fs::read(place.path("whole.exr")).unwrap();
+    for length in [0, 4, 1000, bytes.len() - 100] {
+        std::fs::write(place.path("whole.exr"), &bytes[..length]).unwrap();
+        let ran = place.gloss(&format!("{again} --resume"));
+        assert!(
+            ran.code == 2 && ran.err.starts_with("error: ") && ran.err.contains("whole.exr"),
+            "{}",
+            ran.err
+        );
+    }
+    assert!(!place.path("again.png").exists());
+}
+
+/// Numbers that look random: xorshift.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, end: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % end
+    }
+}
+
+#[test]
+fn a_hundred_kills_lose_nothing_that_was_written() {
+    let place = Place::new();
+    let flags = "--spp 20000 --threads 1 --resolution 24x16";
+    let render =
+        format!("render scene.toml -o a.png --checkpoint a.exr --resume --checkpoint-every 10ms -q {flags}");
+    let (mut dice, mut kills, mut most) = (Dice(0x9e37_79b9_7f4a_7c15), 0, 0);
+    while kills < 100 {
+        let mut child = place.start(&render);
+        std::thread::sleep(Duration::from_millis(20 + dice.below(80)));
+        if child.try_wait().unwrap().is_some() {
+            // Finished: what a finished file is must stay so, and the next picture begins.
+            let done = Checkpoint::read(&place.path("a.exr")).unwrap();
+            assert!(done.header.is_finished());
+            assert!(read_image(&place.path("a.png")).is_ok());
+            std::fs::remove_file(place.path("a.exr")).unwrap();
+            most = 0;
+            continue;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        // Whole or not there; and never less than was there before.
+        if place.path("a.exr").exists() {
+            let kept = samples(&Checkpoint::read(&place.path("a.exr")).unwrap());
+            assert!(kept >= most, "kill {kills}: {kept} samples after {most}");
+            most = kept;
+        }
+    }
+    let ran = place.gloss(&render);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let survivor = Checkpoint::read(&place.path("a.exr")).unwrap();
+    assert_eq!(survivor.film.pixels, place.whole(flags).film.pixels);
+}
+
+#[test]
+fn a_full_disk_leaves_the_old_files_as_they_were() {
+    let place = Place::new();
+    let disk = place.path("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mounted = |arguments: &[&str]| {
+        let status = Command::new("mount").args(arguments).arg(&disk).stderr(Stdio::null()).status();
+        status.is_ok_and(|status| status.success())
+    };
+    if !mounted(&["-t", "tmpfs", "-o", "size=24k", "tmpfs"]) {
+        eprintln!("skipped: it takes root to mount a small disk");
+        return;
+    }
+    let result = std::panic::catch_unwind(|| {
+        std::fs::write(disk.join("a.png"), "old").unwrap();
+        std::fs::write(disk.join("a.exr"), "old").unwrap();
+        for output in ["disk/a.png", "disk/a.exr"] {
+            let ran = place.gloss(&format!("render scene.toml -o {output} --resolution 300x200 --spp 1"));
+            assert!(ran.code == 1 && ran.err.contains("No space left"), "{output}: {}", ran.err);
+        }
+        let sheet = "render scene.toml -o b.png --resolution 300x200 --spp 1 --checkpoint disk/b.exr";
+        let ran = place.gloss(sheet);
+        assert!(ran.code == 1 && ran.err.contains("No space left"), "{}", ran.err);
+        let mut names: Vec<_> = std::fs::read_dir(&disk).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["a.exr", "a.png"]);
+        assert!(std::fs::read(disk.join("a.png")).unwrap() == b"old");
+
+        assert!(mounted(&["-o", "remount,ro"]));
+        let ran = place.gloss("render scene.toml -o disk/a.png");
+        assert!(ran.code == 1 && ran.err.contains("disk is not writable"), "{}", ran.err);
+    });
+    assert!(Command::new("umount").arg(&disk).status().unwrap().success());
+    result.unwrap();
+}
+
+/// A scene with the settings of a text.
+fn scene(settings: &str) -> Scene {
+    let text = SCENE.replace("spp = 64, max_depth = 3", settings);
+    load_str(&text, Format::Toml, Path::new(""), &[]).unwrap()
+}
+
+/// Stops a render after so many tiles, and keeps the state of that moment.
+struct Breaker<'a> {
+    left: Mutex<u32>,
+    kept: Mutex<Option<State>>,
+    stop: &'a AtomicBool,
+}
+
+impl Progress for Breaker<'_> {
+    fn advance(&self, _: u64, _: u64) {}
+
+    fn state(&self, state: &State) {
+        let mut left = self.left.lock().unwrap();
+        if *left == 0 {
+            return;
+        }
+        *left -= 1;
+        if *left == 0 {
+            *self.kept.lock().unwrap() = Some(state.clone());
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Renders with a break after each so many tiles, as if it were killed: all that goes on is what was kept, through
+/// JSON as a file does it.
+fn render_in_pieces(scene: &Scene, options: &RenderOptions<'_>, tiles: u32) -> (Outcome, u32) {
+    let accel = accel::build(Backend::Brute, &scene.shapes, &BuildOptions::default()).unwrap();
+    let mut resume = None;
+    for pieces in 1.. {
+        let stop = AtomicBool::new(false);
+        let breaker = Breaker { left: Mutex::new(tiles), kept: Mutex::new(None), stop: &stop };
+        let options = RenderOptions { resume: resume.clone(), ..options.clone() };
+        let outcome = render(scene, &*accel, &options, &breaker, &stop);
+        if outcome.stopped_by != StopReason::Interrupted {
+            return (outcome, pieces);
+        }
+        let kept: State = breaker.kept.into_inner().unwrap().unwrap();
+        let decisions = serde_json::from_str(&serde_json::to_string(&kept.decisions).unwrap()).unwrap();
+        resume = Some(State { decisions, ..kept });
+    }
+    unreachable!("the loop ends by the render's end")
+}
+
+fn unbroken(scene: &Scene, options: &RenderOptions<'_>) -> Outcome {
+    let accel = accel::build(Backend::Brute, &scene.shapes, &BuildOptions::default()).unwrap();
+    render(scene, &*accel, options, &Silent, &AtomicBool::new(false))
+}
+
+#[test]
+fn splitting_by_a_pilot_goes_on_to_the_same_bits() {
+    let scene = scene("spp = 12, max_depth = 3, glossy_samples = \"auto\"");
+    let options = RenderOptions { threads: 2, ..Default::default() };
+    let whole = unbroken(&scene, &options);
+    let constant = unbroken(&self::scene("spp = 12, max_depth = 3"), &options);
+    assert!(whole.film.pixels != constant.film.pixels, "the pilot chose to split somewhere");
+    for tiles in [1, 4, 7] {
+        let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
+        assert!(pieces > 2);
+        assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");
+    }
+}
+
+#[test]
+fn a_threshold_goes_on_to_the_same_bits() {
+    for glossy_samples in ["1", "\"auto\""] {
+        let settings = format!("spp = 4000, max_depth = 3, glossy_samples = {glossy_samples}");
+        let scene = scene(&settings);
+        let options = RenderOptions { noise: Some(0.02), threads: 2, ..Default::default() };
+        let whole = unbroken(&scene, &options);
+        assert_eq!(whole.stopped_by, StopReason::Noise);
+        let counts: std::collections::BTreeSet<_> = whole.film.pixels.iter().map(|p| p.count).collect();
+        assert!(counts.len() > 2, "blocks are done at different times");
+        for tiles in [1, 5] {
+            let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
+            assert!(pieces > 4);
+            assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");
+        }
+    }
+}
