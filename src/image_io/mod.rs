@@ -5,6 +5,7 @@
 
 pub mod atomic;
 pub mod exr_file;
+pub mod label;
 mod load;
 pub mod png_file;
 pub mod read;
