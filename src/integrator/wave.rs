@@ -125,7 +125,8 @@ impl<'a> Integrator<'a> {
         for block in work.pixels.chunks(8) {
             for index in work.samples.clone() {
                 for &(x, y) in block {
-                    let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
+                    let sampler =
+                        Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
