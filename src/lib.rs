@@ -12,7 +12,7 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`compare`], [`trace`], ... | whole jobs made of renders |
+//! | 6 | [`compare`], [`trace`], [`figures`], ... | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
@@ -20,6 +20,7 @@ pub mod bxdf;
 pub mod cli;
 pub mod compare;
 pub mod core;
+pub mod figures;
 pub mod film;
 pub mod geometry;
 pub mod image_io;

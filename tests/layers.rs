@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 12] = [
+const MAY_IMPORT: [(&str, &[&str]); 13] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -16,6 +16,7 @@ const MAY_IMPORT: [(&str, &[&str]); 12] = [
     ("render", &["core", "film", "accel", "scene", "integrator"]),
     ("trace", WORK),
     ("compare", WORK),
+    ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     (
         "cli",
         &[
@@ -30,6 +31,7 @@ const MAY_IMPORT: [(&str, &[&str]); 12] = [
             "image_io",
             "trace",
             "compare",
+            "figures",
         ],
     ),
 ];

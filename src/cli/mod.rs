@@ -6,6 +6,7 @@
 mod accel_args;
 mod diff;
 mod exit;
+mod figures;
 mod generate;
 mod info;
 mod output;
@@ -36,6 +37,7 @@ enum Command {
     Info(info::Args),
     Gen(generate::Args),
     Diff(diff::Args),
+    Figures(figures::Args),
     Schema(schema::Args),
 }
 
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Gen(args) => generate::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Figures(args) => figures::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

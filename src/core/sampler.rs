@@ -219,7 +219,10 @@ mod tests {
         let hammersley: Vec<_> = (0..9).map(|i| [i as f32 / 9.0, inverse[i]]).collect();
         for (kind, pattern) in [(SamplerKind::Regular, grid), (SamplerKind::Hammersley, hammersley)] {
             for (dimension, start) in [(0, 0), (5, 0), (0, 9), (3, 27)] {
-                assert!(near(&sorted(points(kind, dimension, start)), &pattern), "{kind:?} {dimension} {start}");
+                assert!(
+                    near(&sorted(points(kind, dimension, start)), &pattern),
+                    "{kind:?} {dimension} {start}"
+                );
             }
             assert_ne!(points(kind, 0, 0), points(kind, 1, 0), "{kind:?}");
         }
