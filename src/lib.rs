@@ -12,7 +12,7 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`compare`], [`farm`], [`trace`], ... | whole jobs made of renders |
+//! | 6 | [`compare`], [`farm`], [`figures`], [`trace`] | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
@@ -21,6 +21,7 @@ pub mod cli;
 pub mod compare;
 pub mod core;
 pub mod farm;
+pub mod figures;
 pub mod film;
 pub mod geometry;
 pub mod image_io;

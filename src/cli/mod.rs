@@ -7,6 +7,7 @@ mod accel_args;
 mod diff;
 mod exit;
 mod farm_args;
+mod figures;
 mod generate;
 mod info;
 mod merge;
@@ -39,6 +40,7 @@ enum Command {
     Gen(generate::Args),
     Merge(merge::Args),
     Diff(diff::Args),
+    Figures(figures::Args),
     Schema(schema::Args),
 }
 
@@ -72,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Gen(args) => generate::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Figures(args) => figures::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

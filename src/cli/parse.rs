@@ -45,6 +45,14 @@ pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     })
 }
 
+/// A factor of lengths above 0.
+pub(super) fn scale(typed: &str) -> Result<f32, String> {
+    match typed.parse::<f32>() {
+        Ok(x) if (0.01..=16.0).contains(&x) => Ok(x),
+        _ => Err("it is a number from 0.01 to 16".to_owned()),
+    }
+}
+
 /// `path.to.key=value`.
 pub(super) fn definition(typed: &str) -> Result<Override, String> {
     match typed.split_once('=') {

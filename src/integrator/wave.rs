@@ -100,6 +100,14 @@ struct Waiting {
     spare: Vec<Vec<Vertex>>,
 }
 
+impl Waiting {
+    /// Forgets all vertices.
+    fn clear(&mut self) {
+        self.lists.iter_mut().for_each(Vec::clear);
+        self.spare.append(&mut self.lists);
+    }
+}
+
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
@@ -116,7 +124,8 @@ impl<'a> Integrator<'a> {
     ///
     /// Each sample's radiance depends on the scene, the settings, the pixel, the sample's number and the splitting
     /// alone. Returns early, with some of the samples done in full, when `stop` becomes true: the samples of a pixel
-    /// are always done in the order of their numbers.
+    /// are always done in the order of their numbers, and one that is not finished is taken back, since what
+    /// follows from one camera ray may take hours where every hit splits.
     pub fn render(
         &self,
         film: &mut Film,
@@ -134,7 +143,9 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 self.start(film.rect, &Work { pixels: block, samples: first..last, ..*work }, scratch);
-                self.trace(scratch, tally);
+                if !self.trace(scratch, tally, stop) {
+                    return;
+                }
                 tally.samples += scratch.roots.len() as u64;
                 for root in &scratch.roots {
                     film.pixels[root.pixel as usize].add(root.sum);
@@ -153,7 +164,8 @@ impl<'a> Integrator<'a> {
         for block in work.pixels.chunks(8) {
             for index in work.samples.clone() {
                 for &(x, y) in block {
-                    let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
+                    let sampler =
+                        Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
@@ -165,14 +177,19 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Follows the paths of the first wave to their ends, depth first where they split.
-    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally) {
+    /// Follows the paths of the first wave to their ends, depth first where they split; false if `stop` came first.
+    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally, stop: &AtomicBool) -> bool {
         loop {
+            if stop.load(Ordering::Relaxed) {
+                scratch.next.clear();
+                scratch.waiting.clear();
+                return false;
+            }
             self.step(scratch, tally);
             std::mem::swap(&mut scratch.wave, &mut scratch.next);
             scratch.next.clear();
             if scratch.wave.len() == 0 && !self.refill(scratch) {
-                return;
+                return true;
             }
         }
     }
@@ -274,3 +291,7 @@ pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
 fn interleave(x: u32) -> u64 {
     (0..32).fold(0, |z, bit| z | u64::from(x >> bit & 1) << (2 * bit))
 }
+
+#[cfg(test)]
+#[path = "wave_tests.rs"]
+mod tests;

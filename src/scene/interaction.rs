@@ -121,3 +121,38 @@ impl SurfaceInteraction {
         Ray { origin: self.p + side * self.p_error, t_min: 0.0, dir: wi, t_max, skip }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::warp;
+
+    /// Directions of the hemisphere about `n`, the i-th of a sequence, at a height of `cos`.
+    fn at_height(n: Vec3, cos: f32, phi: f32) -> Vec3 {
+        let frame = crate::core::Frame::new(n);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        frame.to_world(Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)).normalize()
+    }
+
+    #[test]
+    fn the_mirror_direction_about_a_shading_normal_leaves_the_surface() {
+        let mut at_grazing = 0;
+        for i in 0..200_000u32 {
+            let u = |k: u32| crate::core::sampler::hash(i * 8 + k) as f32 / u32::MAX as f32;
+            let ng = warp::uniform_sphere([u(0), u(1)]);
+            let n = at_height(ng, u(2), 6.3 * u(3));
+            // From overhead to half an ulp above the surface.
+            let wo = at_height(ng, 10f32.powf(-8.0 * u(4)), 6.3 * u(5));
+            if wo.dot(ng) <= 0.0 {
+                continue;
+            }
+            let bent = shading_normal(n, ng, wo);
+            let r = 2.0 * bent.dot(wo) * bent - wo;
+            assert!((bent.length() - 1.0).abs() < 1e-5, "{bent} is no unit vector");
+            assert!(bent.dot(wo) > 0.0, "{i}: the viewer is behind {bent}");
+            assert!(r.dot(ng) > -1e-7, "{i}: {} below the surface at {}", r.dot(ng), wo.dot(ng));
+            at_grazing += u32::from(wo.dot(ng) < 1e-6);
+        }
+        assert!(at_grazing > 10_000);
+    }
+}
