@@ -55,7 +55,7 @@ pub(super) fn build(shapes: &[Shape], quality: Quality) -> Hierarchy {
     let work = Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers };
     let tree = build.tree(work, 0);
     drop((refs, buffer));
-    let extent = bounds.lo.abs().max(bounds.hi.abs()).truncate().max_element();
+    let extent = (bounds.hi - bounds.lo).truncate().max_element();
     tree.assemble(if extent.is_finite() { extent } else { f32::MAX })
 }
 

@@ -157,7 +157,7 @@ impl SphereBlock {
 pub(super) struct Hierarchy {
     /// Where every ray starts.
     pub(super) root: Child,
-    /// Greatest absolute coordinate: the scale of rounding errors.
+    /// Greatest edge of the box around everything.
     pub(super) extent: f32,
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleBlock>,

@@ -92,14 +92,16 @@ struct ClosestSingle<'a> {
 }
 
 impl Kernel for ClosestSingle<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut stack = single::Stack::new();
         for (ray, hit) in self.rays.iter().zip(self.hits) {
             *hit = None;
-            let Some(ray) = Prepared::new(ray, self.data.extent) else { continue };
-            let mut best = Best::none(ray.t_max);
-            if single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, &mut best) {
+            let Some(ray) = Prepared::new(ray) else { continue };
+            let none = Best::none(ray.t_max);
+            let best = single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, none);
+            if best.is_hit() {
                 *hit = Some(best.hit(&ray));
             }
         }
@@ -114,13 +116,14 @@ struct AnySingle<'a> {
 }
 
 impl Kernel for AnySingle<'_> {
+    type Output = ();
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut stack = single::Stack::new();
         for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            *occluded = Prepared::new(ray, self.data.extent).is_some_and(|ray| {
-                let mut best = Best::none(ray.t_max);
-                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, &mut best)
+            *occluded = Prepared::new(ray).is_some_and(|ray| {
+                let none = Best::none(ray.t_max);
+                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, none).is_hit()
             });
         }
     }

@@ -76,7 +76,7 @@ impl Available {
 
     /// Runs the kernel, compiled for the set.
     #[inline]
-    pub(super) fn run<K: Kernel>(self, kernel: K) {
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             // SAFETY: `self` exists only if `is_available` found every feature that `run_avx2` enables.
             #[cfg(target_arch = "x86_64")]
@@ -90,25 +90,28 @@ impl Available {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn run_avx2<K: Kernel>(kernel: K) {
-    kernel.run(Avx2(()));
+#[inline(never)]
+fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Avx2(()))
 }
 
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
-fn run_sse2<K: Kernel>(kernel: K) {
-    kernel.run(Sse2(()));
+fn run_sse2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Sse2(()))
 }
 
 #[inline(never)]
-fn run_portable<K: Kernel>(kernel: K) {
-    kernel.run(Portable);
+fn run_portable<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Portable)
 }
 
 /// A loop to compile for each instruction set; `run` has to be `#[inline(always)]`, and so has what it calls.
 pub(super) trait Kernel {
+    /// What it gives.
+    type Output;
     /// The loop.
-    fn run<S: Simd>(self, simd: S);
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// Lane masks.

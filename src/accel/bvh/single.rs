@@ -36,53 +36,49 @@ fn entry(distance: f32, child: Child) -> u64 {
 
 /// The slab test's constants over eight lanes.
 pub(super) struct Slabs<F> {
-    rcp: [F; 3],
-    near: [F; 3],
-    far: [F; 3],
+    origin: [F; 3],
+    neg_rcp: [F; 3],
+    /// With [`EXIT_INFLATION`] in it.
+    neg_rcp_far: [F; 3],
     t_min: F,
-    inflation: F,
 }
 
 impl<F: Lanes<8>> Slabs<F> {
     #[inline(always)]
     pub(super) fn new<S: Simd<F8 = F>>(simd: S, ray: &Prepared) -> Self {
-        let splat3 = |v: [f32; 3]| [simd.splat8(v[0]), simd.splat8(v[1]), simd.splat8(v[2])];
+        let [ox, oy, oz] = ray.origin;
+        let [rx, ry, rz] = ray.neg_rcp;
+        let [x, y, z] = [simd.splat8(rx), simd.splat8(ry), simd.splat8(rz)];
+        let inflation = simd.splat8(EXIT_INFLATION);
         Self {
-            rcp: splat3(ray.rcp),
-            near: splat3(ray.near_offset),
-            far: splat3(ray.far_offset),
+            origin: [simd.splat8(ox), simd.splat8(oy), simd.splat8(oz)],
+            neg_rcp: [x, y, z],
+            neg_rcp_far: [x * inflation, y * inflation, z * inflation],
             t_min: simd.splat8(ray.t_min),
-            inflation: simd.splat8(EXIT_INFLATION),
         }
     }
 
     /// Entry distances of the eight boxes, and which of them the ray enters before `t_max`.
     ///
-    /// A NaN (an infinite plane of a ray that is parallel to it) is on the left of each `min` and `max`, which
-    /// then return the right operand: the box is kept.
+    /// A NaN (a plane that the ray runs in) never stays: `min` and `max` return the right operand if the left one is
+    /// NaN, and the rightmost is a number.
     #[inline(always)]
-    pub(super) fn enter<S: Simd<F8 = F>>(
-        &self,
-        simd: S,
-        ray: &Prepared,
-        node: &Node,
-        t_max: f32,
-    ) -> (F, u32) {
+    pub(super) fn enter<S: Simd<F8 = F>>(&self, simd: S, ray: &Prepared, node: &Node, t_max: f32) -> (F, u32) {
         let [x, y, z] = &node.planes;
         let [sx, sy, sz] = ray.sign;
-        let near_x = simd.load8(&x[sx & 1]).mul_sub(self.rcp[0], self.near[0]);
-        let near_y = simd.load8(&y[sy & 1]).mul_sub(self.rcp[1], self.near[1]);
-        let near_z = simd.load8(&z[sz & 1]).mul_sub(self.rcp[2], self.near[2]);
-        let far_x = simd.load8(&x[sx & 1 ^ 1]).mul_sub(self.rcp[0], self.far[0]);
-        let far_y = simd.load8(&y[sy & 1 ^ 1]).mul_sub(self.rcp[1], self.far[1]);
-        let far_z = simd.load8(&z[sz & 1 ^ 1]).mul_sub(self.rcp[2], self.far[2]);
+        let near_x = (self.origin[0] - simd.load8(&x[sx & 1])) * self.neg_rcp[0];
+        let near_y = (self.origin[1] - simd.load8(&y[sy & 1])) * self.neg_rcp[1];
+        let near_z = (self.origin[2] - simd.load8(&z[sz & 1])) * self.neg_rcp[2];
+        let far_x = (self.origin[0] - simd.load8(&x[sx & 1 ^ 1])) * self.neg_rcp_far[0];
+        let far_y = (self.origin[1] - simd.load8(&y[sy & 1 ^ 1])) * self.neg_rcp_far[1];
+        let far_z = (self.origin[2] - simd.load8(&z[sz & 1 ^ 1])) * self.neg_rcp_far[2];
         let near = near_x.max(near_y).max(near_z.max(self.t_min));
-        let far = (far_x.min(far_y).min(far_z) * self.inflation).min(simd.splat8(t_max));
+        let far = far_x.min(far_y).min(far_z.min(simd.splat8(t_max)));
         (near, near.le(far).bits())
     }
 }
 
-/// Closest hit (or any, for `ANY`) from `start` down, improving on `best`. Whether it improved.
+/// The best of `best` and what the ray hits from `start` down; for `ANY`, the first hit that is better.
 #[inline(always)]
 pub(super) fn traverse<S: Simd, const ANY: bool>(
     simd: S,
@@ -90,12 +86,11 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     ray: &Prepared,
     stack: &mut Stack,
     start: Child,
-    best: &mut Best,
-) -> bool {
+    mut best: Best,
+) -> Best {
     let slabs = Slabs::new(simd, ray);
-    let leaf = Leaf { shear: triangle::Shear::of_ray(simd, ray), t_min: simd.splat4(ray.t_min) };
     let mut limit = best.t * CULL_INFLATION;
-    let mut improved = false;
+    let shear = triangle::Shear::of_ray(simd, ray);
     let mut top = 0;
     let mut current = start;
     loop {
@@ -105,7 +100,7 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
             if mask == 0 {
                 match pop::<ANY>(stack, &mut top, limit) {
                     Some(child) => current = child,
-                    None => return improved,
+                    None => return best,
                 }
                 continue 'descend;
             }
@@ -151,16 +146,14 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
             current = Child(nearest as u32);
         }
 
-        if leaf.intersect::<S, ANY>(simd, data, ray, current, best) {
-            if ANY {
-                return true;
-            }
-            improved = true;
-            limit = best.t * CULL_INFLATION;
+        best = intersect_leaf::<S, ANY>(simd, data, ray, &shear, current, best);
+        if ANY && best.is_hit() {
+            return best;
         }
+        limit = best.t * CULL_INFLATION;
         match pop::<ANY>(stack, &mut top, limit) {
             Some(child) => current = child,
-            None => return improved,
+            None => return best,
         }
     }
 }
@@ -197,81 +190,75 @@ fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
     simd.prefetch(if child.is_leaf() { leaf } else { node });
 }
 
-/// One ray, ready for the blocks of a leaf.
-pub(super) struct Leaf<F> {
-    pub(super) shear: triangle::Shear<F>,
-    pub(super) t_min: F,
-}
-
-impl<F: Lanes<4>> Leaf<F> {
-    /// Whether the leaf has something better than `best`, which then becomes it.
-    #[inline(always)]
-    pub(super) fn intersect<S: Simd<F4 = F>, const ANY: bool>(
-        &self,
-        simd: S,
-        data: &Hierarchy,
-        ray: &Prepared,
-        leaf: Child,
-        best: &mut Best,
-    ) -> bool {
-        if leaf.is_spheres() {
-            return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
-        }
-        let mut improved = false;
-        for index in leaf.blocks() {
-            let block = &data.triangles[index];
-            let corners = triangle::load_block(simd, ray.axes, block);
-            let crossing = triangle::cross(&self.shear, &corners);
-            if crossing.inside.bits() == 0 {
-                continue;
-            }
-            let (t, valid, edge_on) =
-                triangle::hits(&self.shear, &corners, &crossing, self.t_min, simd.splat4(best.t));
-            if take_best(ray, block, &t.to_array(), valid, best) {
-                if ANY {
-                    return true;
-                }
-                improved = true;
-                best.weights = [crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()];
-            }
-            if edge_on != 0 && take_edge_on(ray, block, edge_on, best) {
-                improved = true;
-            }
-        }
-        improved
-    }
-}
-
-/// Puts the best of the valid lanes into `best`. Whether there was one.
+/// The best of `best` and the primitives of a leaf; for `ANY`, the first that is better.
+///
+/// The best so far goes through calls by value: a reference to it would keep it in memory, and the ids that one leaf
+/// writes singly and the next reads together would wait for the store buffer.
 #[inline(always)]
-fn take_best(ray: &Prepared, block: &TriangleBlock, t: &[f32; 4], mut lanes: u32, best: &mut Best) -> bool {
-    let mut improved = false;
+pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
+    simd: S,
+    data: &Hierarchy,
+    ray: &Prepared,
+    shear: &triangle::Shear<S::F4>,
+    leaf: Child,
+    mut best: Best,
+) -> Best {
+    if leaf.is_spheres() {
+        return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
+    }
+    for block in &data.triangles[leaf.blocks()] {
+        let crossing = triangle::cross(shear, &triangle::load_block(simd, ray.axes, block));
+        if crossing.inside.bits() == 0 {
+            continue;
+        }
+        let (t_min, t_max) = (simd.splat4(ray.t_min), simd.splat4(best.t));
+        let corners = triangle::load_block(simd, ray.axes, block);
+        let Some((t, valid, edge_on)) = triangle::hits(shear, &corners, &crossing, t_min, t_max) else {
+            continue;
+        };
+        if let Some(better) = best_lane(ray, block, &t.to_array(), valid, &best) {
+            best = better;
+            if ANY {
+                return best;
+            }
+            best.weights = [crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()];
+        }
+        if edge_on != 0 {
+            best = edge_on_lanes(ray, block, edge_on, best);
+        }
+    }
+    best
+}
+
+/// The best of the valid lanes, if it is better than `best`.
+#[inline(always)]
+fn best_lane(ray: &Prepared, block: &TriangleBlock, t: &[f32; 4], mut lanes: u32, best: &Best) -> Option<Best> {
+    let mut better = None;
+    let (mut best_t, mut best_ids) = (best.t, (best.geom_id, best.prim_id));
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & 3;
         lanes &= lanes - 1;
-        let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-        if best.loses_to(t[lane], geom_id, prim_id) && !ray.skip.rejects(geom_id, prim_id) {
-            (best.t, best.geom_id, best.prim_id, best.lane) = (t[lane], geom_id, prim_id, lane);
-            improved = true;
+        let (t, ids) = (t[lane], (block.geom_ids[lane], block.prim_ids[lane]));
+        if (t < best_t || t == best_t && ids < best_ids) && !ray.skip.rejects(ids.0, ids.1) {
+            (best_t, best_ids) = (t, ids);
+            better = Some(Best { t, geom_id: ids.0, prim_id: ids.1, lane, ..*best });
         }
     }
-    improved
+    better
 }
 
 /// The lanes whose edge functions vanish in f32: seldom, and by way of f64.
 #[cold]
 #[inline(never)]
-pub(super) fn take_edge_on(ray: &Prepared, block: &TriangleBlock, lanes: u32, best: &mut Best) -> bool {
-    let mut improved = false;
+pub(super) fn edge_on_lanes(ray: &Prepared, block: &TriangleBlock, lanes: u32, mut best: Best) -> Best {
     for lane in (0..4).filter(|lane| lanes >> lane & 1 == 1) {
         if let Some((t, v, w)) = triangle::solve_edge_on(ray, block, lane)
             && t >= ray.t_min
             && t <= best.t
-            && take_best(ray, block, &[t; 4], 1 << lane, best)
+            && let Some(better) = best_lane(ray, block, &[t; 4], 1 << lane, &best)
         {
-            best.weights = [[v; 4], [w; 4], [1.0; 4]];
-            improved = true;
+            best = Best { weights: [[v; 4], [w; 4], [1.0; 4]], ..better };
         }
     }
-    improved
+    best
 }

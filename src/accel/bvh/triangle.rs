@@ -59,18 +59,20 @@ pub(super) fn cross<const N: usize, F: Lanes<N>>(
 /// farthest corner, which spoils the distance to a large floor; the plane is as exact as its edges. Where it is seen
 /// nearly edge-on it says nothing, and then the corners' depths bound the error.
 #[inline(always)]
-fn distance<const N: usize, F: Lanes<N>>(ray: &Shear<F>, corners: &Corners<F>, depths: [F; 3]) -> F {
+fn distance<const N: usize, F: Lanes<N>>(
+    ray: &Shear<F>,
+    corners: &Corners<F>,
+    depth: F,
+    [nearest, farthest]: [F; 2],
+) -> F {
     let [a, b, c] = corners;
     let [ex, ey, ez] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
     let [fx, fy, fz] = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
     let (nx, ny, nz) = (ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx);
-    let to_plane = nx * (a[0] - ray.origin[0]) + ny * (a[1] - ray.origin[1]) + nz * depths[0];
+    let to_plane = nx * (a[0] - ray.origin[0]) + ny * (a[1] - ray.origin[1]) + nz * depth;
     let along_ray = nx * ray.shear[0] + ny * ray.shear[1] + nz;
-    let t = ray.shear[2] * (to_plane / along_ray);
-
     // A NaN is on the left and becomes the nearest depth.
-    let [za, zb, zc] = [depths[0] * ray.shear[2], depths[1] * ray.shear[2], depths[2] * ray.shear[2]];
-    t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc))
+    (ray.shear[2] * (to_plane / along_ray)).max(nearest).min(farthest)
 }
 
 /// Corners seen from the origin, sheared so that the ray is the third axis; the third coordinate is unscaled.
@@ -129,7 +131,8 @@ pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) 
     Some((t as f32, (v / det) as f32, (w / det) as f32))
 }
 
-/// Ray parameters of a crossing, the lanes that count in the interval, and those for [`solve_edge_on`].
+/// Ray parameters of a crossing, the lanes that count in the interval, and those for [`solve_edge_on`]; `None` if
+/// all that the ray crosses lies outside the interval.
 #[inline(always)]
 pub(super) fn hits<const N: usize, F: Lanes<N>>(
     ray: &Shear<F>,
@@ -137,9 +140,16 @@ pub(super) fn hits<const N: usize, F: Lanes<N>>(
     crossing: &Crossing<F, F::Mask>,
     t_min: F,
     t_max: F,
-) -> (F, u32, u32) {
+) -> Option<(F, u32, u32)> {
+    let [a, b, c] = crossing.depths;
+    let [ta, tb, tc] = [a * ray.shear[2], b * ray.shear[2], c * ray.shear[2]];
+    let (nearest, farthest) = (ta.min(tb).min(tc), ta.max(tb).max(tc));
+    let within = crossing.inside & nearest.le(t_max) & t_min.le(farthest);
+    if within.bits() == 0 {
+        return None;
+    }
     let nonzero = crossing.det.ne(t_min.splat(0.0));
-    let t = distance(ray, corners, crossing.depths);
-    let valid = crossing.inside & nonzero & t_min.le(t) & t.le(t_max);
-    (t, valid.bits(), crossing.inside.bits() & !nonzero.bits())
+    let t = distance(ray, corners, a, [nearest, farthest]);
+    let valid = within & nonzero & t_min.le(t) & t.le(t_max);
+    Some((t, valid.bits(), within.bits() & !nonzero.bits()))
 }
