@@ -58,17 +58,32 @@ pub const FAMILIES: [Family; 6] = [
             figure(
                 "25-13-a",
                 "25.13 (a) e = 1, 1 sample, random",
-                &[(EXPONENT, "1"), ("settings.spp", "1"), ("settings.sampler", "independent")],
+                &[
+                    (EXPONENT, "1"),
+                    ("settings.spp", "1"),
+                    ("settings.sampler", "independent"),
+                    ("settings.direct_light", "lobe"),
+                ],
             ),
             figure(
                 "25-13-b",
                 "25.13 (b) e = 1, 1 sample, regular",
-                &[(EXPONENT, "1"), ("settings.spp", "1"), ("settings.sampler", "regular")],
+                &[
+                    (EXPONENT, "1"),
+                    ("settings.spp", "1"),
+                    ("settings.sampler", "regular"),
+                    ("settings.direct_light", "lobe"),
+                ],
             ),
             figure(
                 "25-13-c",
                 "25.13 (c) e = 1, 1 sample, Hammersley",
-                &[(EXPONENT, "1"), ("settings.spp", "1"), ("settings.sampler", "hammersley")],
+                &[
+                    (EXPONENT, "1"),
+                    ("settings.spp", "1"),
+                    ("settings.sampler", "hammersley"),
+                    ("settings.direct_light", "lobe"),
+                ],
             ),
         ],
     ),
