@@ -4,7 +4,10 @@
 //! subcommand: write its file with `Args` and `run`, and add its variant to `Command`.
 
 mod accel_args;
+mod compare;
+mod contender;
 mod diff;
+mod dump;
 mod exit;
 mod generate;
 mod info;
@@ -16,7 +19,9 @@ mod scene_args;
 mod schema;
 mod settings;
 mod signal;
+mod stats;
 mod terminal;
+mod trace;
 
 use clap::Parser;
 use exit::{Exit, Failure};
@@ -36,6 +41,8 @@ enum Command {
     Info(info::Args),
     Gen(generate::Args),
     Diff(diff::Args),
+    Compare(compare::Args),
+    Trace(trace::Args),
     Schema(schema::Args),
 }
 
@@ -43,7 +50,7 @@ enum Command {
 const HELP_END: &str = "\
 Exit codes:
    0  done
-   1  failed; of diff: the pictures differ by more than the threshold
+   1  failed; of diff: the pictures differ by more than the threshold; of compare: the backends differ
    2  bad usage, bad scene, or pictures that cannot be compared
   75  interrupted by Ctrl-C or SIGTERM; nothing is written
 
@@ -51,7 +58,8 @@ Examples:
   gloss gen knot --triangles 200000 -o knot.ply
   gloss info scenes/lemon.toml
   gloss render scenes/lemon.toml -o lemon.png -o lemon.exr --spp 256
-  gloss diff lemon.exr reference.exr --map difference.png";
+  gloss diff lemon.exr reference.exr --map difference.png
+  gloss compare scenes/lemon.toml --html lemon.html";
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
@@ -68,6 +76,8 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Gen(args) => generate::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Trace(args) => trace::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

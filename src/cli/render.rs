@@ -1,11 +1,13 @@
 //! `gloss render`: a scene file in, pictures out.
 
 use super::accel_args::AccelArgs;
+use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
 use super::signal::Interrupt;
+use super::stats::{Form, Stats};
 use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
@@ -53,6 +55,15 @@ pub(super) struct Args {
     #[command(flatten)]
     accel: AccelArgs,
 
+    /// Say where the time went: rays, Mray/s and share of time by class, and the time of the rays alone by that of the
+    /// render. Takes a few seconds more, to record some rays and to ask them alone
+    #[arg(long, value_name = "FORM", num_args = 0..=1, default_missing_value = "text", value_enum)]
+    stats: Option<Form>,
+
+    /// Write all rays to a file, 44 bytes each, for `gloss trace`
+    #[arg(long, value_name = "FILE", conflicts_with = "stats")]
+    dump_rays: Option<PathBuf>,
+
     /// How to tell about progress on stderr
     #[arg(long, value_name = "STYLE", default_value_t, value_enum)]
     progress: Style,
@@ -83,7 +94,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let build_seconds = clock.elapsed().as_secs_f64();
 
     let options = RenderOptions {
-        threads: args.accel.threads,
+        threads: args.accel.build.threads,
         crop: args.crop,
         tile_size: args.tile_size,
         ..RenderOptions::default()
