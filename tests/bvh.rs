@@ -252,8 +252,8 @@ fn degenerate_input_builds_and_answers() {
             let bvh = Bvh::new(shapes, &options(quality)).unwrap();
             let expected = closest(&Brute::new(shapes), &rays, Coherence::Incoherent);
             let found = closest(&bvh, &rays, Coherence::Incoherent);
-            for (found, expected) in found.iter().zip(&expected) {
-                assert_eq!(found.map(|h| h.geom_id), expected.map(|h| h.geom_id), "{} shapes", shapes.len());
+            for ((ray, found), expected) in rays.iter().zip(&found).zip(&expected) {
+                assert_eq!(found.map(|h| h.geom_id), expected.map(|h| h.geom_id), "{ray:?} {expected:?}");
             }
         }
     }

@@ -197,13 +197,10 @@ fn an_exr_remembers_how_it_was_made() {
     place.write("a.toml", SCENE);
     place.gloss("render a.toml -o a.exr --backend brute --spp 3 --seed 7 -q").ends(0);
     let meta = exr::meta::MetaData::read_from_file(place.path("a.exr"), false).unwrap();
-    let attributes: Vec<_> = meta.headers[0].own_attributes.other.iter().collect();
-    let attribute = |name: &str| {
-        let found = attributes.iter().find(|(key, _)| key.to_string() == name).map(|(_, value)| *value);
-        match found {
-            Some(exr::meta::attribute::AttributeValue::Text(text)) => text.to_string(),
-            other => panic!("{name}: {other:?}"),
-        }
+    let attributes = &meta.headers[0].own_attributes.other;
+    let attribute = |name: &str| match attributes.get(&exr::meta::attribute::Text::from(name)) {
+        Some(exr::meta::attribute::AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{name}: {other:?}"),
     };
     assert_eq!(attribute("gloss.spp"), "3");
     assert_eq!(attribute("gloss.seed"), "7");

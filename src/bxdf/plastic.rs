@@ -39,12 +39,12 @@ impl Coat {
         Self { eta, ggx, energy: CoatEnergy::of(ggx, eta) }
     }
 
-    /// Its index of refraction.
+    /// Index of refraction.
     pub fn eta(&self) -> f32 {
         self.eta
     }
 
-    /// Its roughness.
+    /// Roughness.
     pub fn alpha(&self) -> f32 {
         self.ggx.alpha
     }

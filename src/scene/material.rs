@@ -75,7 +75,7 @@ pub enum Specular {
     Plastic {
         /// Reflectance of the base.
         base: Texture,
-        /// The coat.
+        /// What lies over it.
         coat: Coat,
     },
     /// Glass.

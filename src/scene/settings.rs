@@ -37,7 +37,7 @@ pub enum AtMaxDepth {
 #[serde(
     untagged,
     deny_unknown_fields,
-    expecting = "a whole number, a list of them, or { branch = whole number }"
+    expecting = "a whole number, a list of them, { branch = whole number } or \"auto\""
 )]
 pub enum GlossySamples {
     /// So many at the first glossy hit of a path, one at those after it.

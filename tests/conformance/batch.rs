@@ -26,7 +26,7 @@ fn rays(count: usize) -> Vec<Ray> {
     rays
 }
 
-pub fn any_length_answers_alike(subject: &Subject) {
+pub(crate) fn any_length_answers_alike(subject: &Subject) {
     let accel = subject.build(&shapes());
     let rays = rays(1000);
     for hint in HINTS {
@@ -41,7 +41,7 @@ pub fn any_length_answers_alike(subject: &Subject) {
     }
 }
 
-pub fn order_changes_nothing(subject: &Subject) {
+pub(crate) fn order_changes_nothing(subject: &Subject) {
     let accel = subject.build(&shapes());
     let rays = rays(1000);
     let mut rng = Rng::new(53);
@@ -59,14 +59,14 @@ pub fn order_changes_nothing(subject: &Subject) {
     }
 }
 
-pub fn a_wrong_hint_changes_nothing(subject: &Subject) {
+pub(crate) fn a_wrong_hint_changes_nothing(subject: &Subject) {
     let accel = subject.build(&shapes());
     let rays = rays(1000);
     assert_eq!(closest(&*accel, &rays, HINTS[0]), closest(&*accel, &rays, HINTS[1]));
     assert_eq!(any(&*accel, &rays, HINTS[0]), any(&*accel, &rays, HINTS[1]));
 }
 
-pub fn occluded_is_whether_anything_is_hit(subject: &Subject) {
+pub(crate) fn occluded_is_whether_anything_is_hit(subject: &Subject) {
     let accel = subject.build(&shapes());
     let rays = rays(1000);
     for hint in HINTS {
@@ -76,7 +76,7 @@ pub fn occluded_is_whether_anything_is_hit(subject: &Subject) {
     }
 }
 
-pub fn threads_share_a_scene(subject: &Subject) {
+pub(crate) fn threads_share_a_scene(subject: &Subject) {
     let accel = subject.build(&shapes());
     let rays = rays(1000);
     let expected = closest(&*accel, &rays, HINTS[0]);

@@ -4,7 +4,7 @@ use crate::scenes::{camera_rays, mesh, right_triangle, spheres, triangle};
 use crate::subject::{HINTS, Subject, any, closest};
 use gloss::core::{Ray, Vec3};
 
-pub fn a_scene_of_nothing_is_never_hit(subject: &Subject) {
+pub(crate) fn a_scene_of_nothing_is_never_hit(subject: &Subject) {
     let empties = [mesh(vec![], vec![]), spheres(&[]), mesh(vec![Vec3::ZERO], vec![])];
     for shapes in [&empties[..0], &empties[..1], &empties[1..2], &empties[..]] {
         let accel = subject.build(shapes);
@@ -16,7 +16,7 @@ pub fn a_scene_of_nothing_is_never_hit(subject: &Subject) {
     }
 }
 
-pub fn shapes_without_primitives_keep_their_ids(subject: &Subject) {
+pub(crate) fn shapes_without_primitives_keep_their_ids(subject: &Subject) {
     let shapes = [
         mesh(vec![], vec![]),
         triangle(right_triangle(0.0)),
@@ -61,7 +61,7 @@ fn inactive() -> Vec<Ray> {
     rays
 }
 
-pub fn inactive_rays_hit_nothing(subject: &Subject) {
+pub(crate) fn inactive_rays_hit_nothing(subject: &Subject) {
     let around = spheres(&[(Vec3::ZERO, 10.0)]);
     let accel = subject.build(&[triangle(right_triangle(0.0)), around]);
     let rays = inactive();
@@ -73,7 +73,7 @@ pub fn inactive_rays_hit_nothing(subject: &Subject) {
     }
 }
 
-pub fn inactive_rays_do_not_disturb_their_neighbours(subject: &Subject) {
+pub(crate) fn inactive_rays_do_not_disturb_their_neighbours(subject: &Subject) {
     let accel = subject.build(&[triangle(right_triangle(0.0))]);
     for period in [2, 3, 5] {
         let dead = inactive();

@@ -5,7 +5,7 @@ use crate::scenes::{mesh, right_triangle, spheres, triangle};
 use crate::subject::{HINTS, Subject, closest};
 use gloss::core::{Ray, Vec3};
 
-pub fn hits_name_the_triangle_and_its_point(subject: &Subject) {
+pub(crate) fn hits_name_the_triangle_and_its_point(subject: &Subject) {
     // A strip of triangles in a row, in three meshes and a sphere, each hit at known barycentrics.
     let strip = |z: f32| {
         let at = |i: u32| Vec3::new(2.0 * i as f32, 0.0, z);
@@ -34,7 +34,7 @@ pub fn hits_name_the_triangle_and_its_point(subject: &Subject) {
     }
 }
 
-pub fn long_and_short_directions_scale_t(subject: &Subject) {
+pub(crate) fn long_and_short_directions_scale_t(subject: &Subject) {
     let shapes = [triangle(right_triangle(0.0)), spheres(&[(Vec3::new(5.0, 0.0, 0.0), 1.0)])];
     let accel = subject.build(&shapes);
     for length in [1e-6f32, 1e-3, 1.0, 1e3, 1e6] {

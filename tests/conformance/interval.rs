@@ -13,7 +13,7 @@ fn towards_surface() -> Ray {
     Ray::new(Vec3::new(0.25, 0.25, 3.0), -Vec3::Z)
 }
 
-pub fn hits_lie_in_the_interval(subject: &Subject) {
+pub(crate) fn hits_lie_in_the_interval(subject: &Subject) {
     let mut rng = Rng::new(11);
     let shapes = [soup(&mut rng, 300)];
     let accel = subject.build(&shapes);
@@ -39,7 +39,7 @@ pub fn hits_lie_in_the_interval(subject: &Subject) {
     }
 }
 
-pub fn the_ends_cut_where_they_should(subject: &Subject) {
+pub(crate) fn the_ends_cut_where_they_should(subject: &Subject) {
     // Embree divides by an approximate reciprocal, so that the surface is at 2 give or take some roundings.
     let (before, after) = (2.0 - 8.0 * f32::EPSILON, 2.0 + 8.0 * f32::EPSILON);
     let ray = towards_surface();
@@ -65,7 +65,7 @@ pub fn the_ends_cut_where_they_should(subject: &Subject) {
     }
 }
 
-pub fn an_end_beyond_the_first_surface_finds_the_second(subject: &Subject) {
+pub(crate) fn an_end_beyond_the_first_surface_finds_the_second(subject: &Subject) {
     let shapes = [right_triangle(1.0), right_triangle(0.0), right_triangle(-1.0)].map(triangle);
     let accel = subject.build(&shapes);
     let ray = towards_surface();

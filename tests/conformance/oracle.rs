@@ -13,10 +13,10 @@ use gloss::core::{Hit, Ray, Vec3};
 use gloss::geometry::Shape;
 
 /// Roundings that an answer may be away from the exact one, as a part of the largest coordinate that it comes from.
-pub const ROUNDINGS: f64 = 32.0 * (f32::EPSILON as f64);
+pub(crate) const ROUNDINGS: f64 = 32.0 * (f32::EPSILON as f64);
 
 /// Asks brute force and the subject, with both hints, for closest and any hits, and compares.
-pub fn assert_agrees(accel: &dyn Accelerator, shapes: &[Shape], rays: &[Ray]) {
+pub(crate) fn assert_agrees(accel: &dyn Accelerator, shapes: &[Shape], rays: &[Ray]) {
     let oracle = Brute::new(shapes);
     let exact = closest(&oracle, rays, HINTS[0]);
     for hint in HINTS {
@@ -39,12 +39,12 @@ pub fn assert_agrees(accel: &dyn Accelerator, shapes: &[Shape], rays: &[Ray]) {
 }
 
 /// The closest hit of one ray.
-pub fn one(accel: &dyn Accelerator, ray: &Ray) -> Option<Hit> {
+pub(crate) fn one(accel: &dyn Accelerator, ray: &Ray) -> Option<Hit> {
     closest(accel, std::slice::from_ref(ray), HINTS[1])[0]
 }
 
 /// The hit is in the interval, obeys the rule, and its point by `t` is its point by `(u, v)`, up to rounding.
-pub fn assert_on_primitive(shapes: &[Shape], ray: &Ray, hit: Hit, context: &dyn Fn() -> String) {
+pub(crate) fn assert_on_primitive(shapes: &[Shape], ray: &Ray, hit: Hit, context: &dyn Fn() -> String) {
     assert!(hit.t >= ray.t_min && hit.t <= ray.t_max, "outside the interval: {}", context());
     assert!(!ray.skip.rejects(hit.geom_id, hit.prim_id), "rejected: {}", context());
     let point = ray.origin.as_dvec3() + f64::from(hit.t) * ray.dir.as_dvec3();

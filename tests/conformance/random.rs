@@ -16,15 +16,15 @@ fn assert_agrees_on_many(subject: &Subject, shapes: &[Shape], seed: u64) {
     assert_agrees(&*subject.build(shapes), shapes, &rays);
 }
 
-pub fn random_triangles_agree_with_brute_force(subject: &Subject) {
+pub(crate) fn random_triangles_agree_with_brute_force(subject: &Subject) {
     assert_agrees_on_many(subject, &[soup(&mut Rng::new(61), 500)], 62);
 }
 
-pub fn random_spheres_agree_with_brute_force(subject: &Subject) {
+pub(crate) fn random_spheres_agree_with_brute_force(subject: &Subject) {
     assert_agrees_on_many(subject, &[random_spheres(&mut Rng::new(63), 200)], 64);
 }
 
-pub fn mixed_shapes_agree_with_brute_force(subject: &Subject) {
+pub(crate) fn mixed_shapes_agree_with_brute_force(subject: &Subject) {
     let mut rng = Rng::new(65);
     let shapes: Vec<_> = (0..10)
         .map(|i| if i % 3 == 0 { random_spheres(&mut rng, 1 + i) } else { soup(&mut rng, 40) })
@@ -32,7 +32,7 @@ pub fn mixed_shapes_agree_with_brute_force(subject: &Subject) {
     assert_agrees_on_many(subject, &shapes, 66);
 }
 
-pub fn a_smooth_mesh_agrees_with_brute_force(subject: &Subject) {
+pub(crate) fn a_smooth_mesh_agrees_with_brute_force(subject: &Subject) {
     let (points, triangles) = dented_ball(2);
     assert_agrees_on_many(subject, &[mesh(points, triangles)], 67);
 }

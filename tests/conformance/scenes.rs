@@ -6,14 +6,14 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
-pub struct Rng(u64);
+pub(crate) struct Rng(u64);
 
 impl Rng {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -21,21 +21,21 @@ impl Rng {
     }
 
     /// In [0, 1).
-    pub fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
     /// In the cube from -1 to 1.
-    pub fn point(&mut self) -> Vec3 {
+    pub(crate) fn point(&mut self) -> Vec3 {
         Vec3::from_array(std::array::from_fn(|_| 2.0 * self.unit() - 1.0))
     }
 
     /// Of unit length.
-    pub fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let p = self.point();
             if p.length_squared() > 0.01 && p.length_squared() < 1.0 {
@@ -45,25 +45,25 @@ impl Rng {
     }
 }
 
-pub fn mesh(positions: Vec<Vec3>, indices: Vec<[u32; 3]>) -> Shape {
+pub(crate) fn mesh(positions: Vec<Vec3>, indices: Vec<[u32; 3]>) -> Shape {
     Shape::Mesh(Arc::new(TriangleMesh::new(positions, indices, vec![], vec![]).unwrap()))
 }
 
-pub fn triangle(corners: [Vec3; 3]) -> Shape {
+pub(crate) fn triangle(corners: [Vec3; 3]) -> Shape {
     mesh(corners.to_vec(), vec![[0, 1, 2]])
 }
 
-pub fn spheres(spheres: &[(Vec3, f32)]) -> Shape {
+pub(crate) fn spheres(spheres: &[(Vec3, f32)]) -> Shape {
     Shape::Spheres(spheres.iter().map(|&(center, radius)| Sphere { center, radius }).collect())
 }
 
 /// The unit right triangle at height `z`, seen from above.
-pub fn right_triangle(z: f32) -> [Vec3; 3] {
+pub(crate) fn right_triangle(z: f32) -> [Vec3; 3] {
     [Vec3::new(0.0, 0.0, z), Vec3::new(1.0, 0.0, z), Vec3::new(0.0, 1.0, z)]
 }
 
 /// Triangles that share nothing, of sizes from a hundredth to one.
-pub fn soup(rng: &mut Rng, count: u32) -> Shape {
+pub(crate) fn soup(rng: &mut Rng, count: u32) -> Shape {
     let positions = (0..count).flat_map(|_| {
         let (center, size) = (rng.point(), 10f32.powf(-2.0 * rng.unit()));
         [(); 3].map(|()| center + size * rng.point())
@@ -71,7 +71,7 @@ pub fn soup(rng: &mut Rng, count: u32) -> Shape {
     mesh(positions.collect(), (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
-pub fn random_spheres(rng: &mut Rng, count: usize) -> Shape {
+pub(crate) fn random_spheres(rng: &mut Rng, count: usize) -> Shape {
     Shape::Spheres(
         (0..count)
             .map(|_| Sphere { center: rng.point(), radius: 0.3 * 10f32.powf(-2.0 * rng.unit()) })
@@ -81,7 +81,7 @@ pub fn random_spheres(rng: &mut Rng, count: usize) -> Shape {
 
 /// A closed mesh about the origin with vertices shared by its triangles: an icosahedron, each triangle cut into four
 /// `levels` times, dented so that edges meet at all angles but every point still sees the origin.
-pub fn dented_ball(levels: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+pub(crate) fn dented_ball(levels: u32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut points, mut triangles) = icosahedron();
     for _ in 0..levels {
         let mut middles = HashMap::new();
@@ -139,7 +139,7 @@ fn icosahedron() -> (Vec<Vec3>, Vec<[u32; 3]>) {
 }
 
 /// Rays between random points of a cube twice the size of the scene's.
-pub fn random_rays(rng: &mut Rng, count: usize) -> Vec<Ray> {
+pub(crate) fn random_rays(rng: &mut Rng, count: usize) -> Vec<Ray> {
     (0..count)
         .map(|_| {
             let (from, to) = (2.0 * rng.point(), rng.point());
@@ -149,7 +149,7 @@ pub fn random_rays(rng: &mut Rng, count: usize) -> Vec<Ray> {
 }
 
 /// Rays of a pinhole camera in blocks of neighbours.
-pub fn camera_rays(count: usize) -> Vec<Ray> {
+pub(crate) fn camera_rays(count: usize) -> Vec<Ray> {
     let side = (count as f32).sqrt().ceil() as usize;
     let eye = Vec3::new(0.3, 0.2, 3.0);
     (0..count)

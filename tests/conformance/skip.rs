@@ -35,7 +35,7 @@ fn assert_leaves(subject: &Subject, shapes: &[Shape], cases: &[(Skip, Option<(u3
     }
 }
 
-pub fn a_primitive_is_skipped(subject: &Subject) {
+pub(crate) fn a_primitive_is_skipped(subject: &Subject) {
     let primitive = |geom, prim| Skip::Primitive { geom, prim };
     let cases = [
         (Skip::None, Some((0, 0))),
@@ -50,7 +50,7 @@ pub fn a_primitive_is_skipped(subject: &Subject) {
     assert_leaves(subject, &lone, &[(primitive(0, 0), None), (primitive(0, 1), Some((0, 0)))]);
 }
 
-pub fn a_geometry_is_skipped(subject: &Subject) {
+pub(crate) fn a_geometry_is_skipped(subject: &Subject) {
     let cases = [
         (Skip::None, Some((0, 0))),
         (Skip::Geometry(0), Some((1, 0))),
@@ -83,7 +83,7 @@ fn rays_with_rules(rng: &mut Rng, shapes: &[Shape], count: usize) -> Vec<Ray> {
     rays
 }
 
-pub fn rules_of_neighbours_do_not_mix(subject: &Subject) {
+pub(crate) fn rules_of_neighbours_do_not_mix(subject: &Subject) {
     let mut rng = Rng::new(41);
     let (points, triangles) = dented_ball(1);
     let shapes =
@@ -92,14 +92,14 @@ pub fn rules_of_neighbours_do_not_mix(subject: &Subject) {
     assert_agrees(&*subject.build(&shapes), &shapes, &rays);
 }
 
-pub fn a_skipped_sphere_is_not_hit_from_inside(subject: &Subject) {
+pub(crate) fn a_skipped_sphere_is_not_hit_from_inside(subject: &Subject) {
     let shapes = [spheres(&[(Vec3::new(0.25, 0.25, 3.0), 1.0), (Vec3::new(0.25, 0.25, 0.0), 1.0)])];
     let skip = Skip::Primitive { geom: 0, prim: 0 };
     let cases = [(Skip::None, Some((0, 0))), (skip, Some((0, 1))), (Skip::Geometry(0), None)];
     assert_leaves(subject, &shapes, &cases);
 }
 
-pub fn without_rules_nothing_changes(subject: &Subject) {
+pub(crate) fn without_rules_nothing_changes(subject: &Subject) {
     let mut rng = Rng::new(42);
     let shapes = [soup(&mut rng, 200), random_spheres(&mut rng, 20)];
     let rays = random_rays(&mut rng, 500);

@@ -5,7 +5,7 @@ use crate::scenes::{Rng, spheres};
 use crate::subject::{HINTS, Subject, any, closest};
 use gloss::core::{Ray, Vec3};
 
-pub fn spheres_are_hit_from_outside_and_inside(subject: &Subject) {
+pub(crate) fn spheres_are_hit_from_outside_and_inside(subject: &Subject) {
     let center = Vec3::new(0.5, -0.25, 0.125);
     let shapes = [spheres(&[(center, 0.75)])];
     let accel = subject.build(&shapes);
@@ -28,7 +28,7 @@ pub fn spheres_are_hit_from_outside_and_inside(subject: &Subject) {
     }
 }
 
-pub fn tangents_are_the_border_of_hits(subject: &Subject) {
+pub(crate) fn tangents_are_the_border_of_hits(subject: &Subject) {
     let radius = 0.5;
     let shapes = [spheres(&[(Vec3::ZERO, radius)])];
     let accel = subject.build(&shapes);

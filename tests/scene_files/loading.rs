@@ -80,7 +80,8 @@ fn every_kind_of_material_makes_its_lobe() {
     }
     // The cosine power e is about as wide as the roughness 1 / sqrt(2 e).
     let plastic = scene("[materials.m]\ntype = \"plastic\"\nexponent = 50").materials[0].specular;
-    assert!(matches!(plastic, Specular::Plastic { alpha, .. } if (alpha - 0.1).abs() < 1e-7), "{plastic:?}");
+    let Specular::Plastic { coat, .. } = plastic else { panic!("{plastic:?}") };
+    assert!((coat.alpha() - 0.1).abs() < 1e-7 && coat.eta() == 1.5, "{coat:?}");
 }
 
 #[test]

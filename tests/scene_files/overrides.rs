@@ -107,7 +107,7 @@ fn displayed_settings_are_a_scene_files_settings() {
         let settings = preset.settings();
         assert_eq!(scene(&format!("[settings]\n{settings}")).settings, settings);
     }
-    for samples in ["9", "[9, 3]", "{ branch = 4 }"] {
+    for samples in ["9", "[9, 3]", "\"auto\"", "{ branch = 4 }"] {
         let settings = scene(&format!("[settings]\nglossy_samples = {samples}")).settings;
         assert_eq!(scene(&format!("[settings]\n{settings}")).settings, settings);
     }

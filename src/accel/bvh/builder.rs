@@ -13,7 +13,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 /// Most primitives of a leaf that the heuristic may choose to make.
-const MAX_LEAF: usize = 4 * BLOCK;
+const MAX_LEAF: usize = 2 * BLOCK;
 
 /// References from which a node's children are built in parallel.
 const PARALLEL: usize = 16 * 1024;
@@ -207,7 +207,7 @@ impl Build<'_> {
     }
 
     fn binner(&self, work: &Work<'_>) -> Binner {
-        let bins = (4 + work.count() / 4).min(BINS);
+        let bins = (8 + work.count()).min(BINS);
         match self.quality {
             Quality::Fast => Binner::new(&work.centers, bins.min(8)).longest_axis_only(),
             Quality::Medium | Quality::High => Binner::new(&work.centers, bins),

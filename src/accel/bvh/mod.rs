@@ -34,6 +34,7 @@ use std::time::Instant;
 pub struct Bvh {
     data: Hierarchy,
     isa: Available,
+    single_rays: bool,
     build_seconds: f64,
 }
 
@@ -55,13 +56,19 @@ impl Bvh {
         if blocks > Child::MAX_FIRST {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
         }
-        Ok(Self { data, isa: Available::best(), build_seconds: start.elapsed().as_secs_f64() })
+        let build_seconds = start.elapsed().as_secs_f64();
+        Ok(Self { data, isa: Available::best(), single_rays: false, build_seconds })
     }
 
     /// The same hierarchy traversed by another instruction set, or `None` if this processor lacks it. For tests and
     /// benchmarks: the answers are the same.
     pub fn with_isa(self, isa: Isa) -> Option<Self> {
         Some(Self { isa: Available::new(isa)?, ..self })
+    }
+
+    /// The same hierarchy without packets and streams. For tests and benchmarks: the answers are the same.
+    pub fn with_single_rays(self) -> Self {
+        Self { single_rays: true, ..self }
     }
 }
 
@@ -90,13 +97,10 @@ impl Kernel for ClosestSingle<'_> {
         let mut stack = single::Stack::new();
         for (ray, hit) in self.rays.iter().zip(self.hits) {
             *hit = None;
-            if !ray.is_active() {
-                continue;
-            }
-            let ray = Prepared::new(ray, self.data.extent);
+            let Some(ray) = Prepared::new(ray, self.data.extent) else { continue };
             let mut best = Best::none(ray.t_max);
             if single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, &mut best) {
-                *hit = Some(finish(self.data, &ray, &best));
+                *hit = Some(best.hit(&ray));
             }
         }
     }
@@ -114,24 +118,12 @@ impl Kernel for AnySingle<'_> {
     fn run<S: Simd>(self, simd: S) {
         let mut stack = single::Stack::new();
         for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            *occluded = ray.is_active() && {
-                let ray = Prepared::new(ray, self.data.extent);
+            *occluded = Prepared::new(ray, self.data.extent).is_some_and(|ray| {
                 let mut best = Best::none(ray.t_max);
                 single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, &mut best)
-            };
+            });
         }
     }
-}
-
-/// The hit as callers know it, with the barycentrics of the one triangle that remained.
-#[inline(always)]
-fn finish(data: &Hierarchy, ray: &Prepared, best: &Best) -> Hit {
-    if best.block == Best::SPHERE {
-        return best.hit(ray, 0.0, 0.0);
-    }
-    let block = &data.triangles[best.block as usize];
-    let (_, u, v) = triangle::solve(ray, block, best.lane as usize & 3).unwrap_or((best.t, 0.0, 0.0));
-    best.hit(ray, u, v)
 }
 
 impl Accelerator for Bvh {

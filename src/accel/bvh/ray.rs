@@ -1,6 +1,6 @@
 //! What a ray is turned into once, before it meets any box or primitive.
 
-use super::data::NO_ID;
+use super::data::{BLOCK, NO_ID};
 use crate::core::{Hit, Ray, Skip};
 use glam::Vec3;
 
@@ -16,7 +16,8 @@ pub(super) const CULL_INFLATION: f32 = 1.0 + 1e-5;
 const LEAST_DIRECTION: f32 = 1e-18;
 
 /// Directions outside these lengths are scaled by a power of two first.
-const DIRECTION_RANGE: core::ops::RangeInclusive<f32> = 1e-6..=1e6;
+const LEAST_LENGTH: f32 = 1e-6;
+const GREATEST_LENGTH: f32 = 1e6;
 
 /// A ray in the form that the inner loops read.
 ///
@@ -39,8 +40,8 @@ pub(super) struct Prepared {
     pub(super) t_min: f32,
     pub(super) t_max: f32,
     pub(super) dir: [f32; 3],
-    /// `t` here, for one `t` of the ray as it was given.
-    pub(super) t_scale: f32,
+    /// `t` of the ray as it was given, for one `t` here: a power of two.
+    pub(super) t_unscale: f32,
     pub(super) skip: SkipIds,
 }
 
@@ -70,40 +71,45 @@ impl SkipIds {
 }
 
 impl Prepared {
-    /// The inner form of an active ray among coordinates up to `extent`.
+    /// The inner form of a ray among coordinates up to `extent`; `None` for an inactive one.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, extent: f32) -> Self {
-        let longest = ray.dir.abs().max_element();
-        let t_scale = if DIRECTION_RANGE.contains(&longest) { 1.0 } else { power_of_two_below(longest) };
-        let dir = ray.dir / t_scale;
+    pub(super) fn new(ray: &Ray, extent: f32) -> Option<Self> {
+        // The test of `Ray::is_active` without its branches: zero times anything infinite or NaN is NaN.
+        let zero = 0.0 * ray.origin + 0.0 * ray.dir;
+        if !(ray.t_min <= ray.t_max && zero.x + zero.y + zero.z == 0.0) {
+            return None;
+        }
+        let (mut dir, mut t_scale) = (ray.dir, 1.0);
+        let longest = dir.x.abs().max(dir.y.abs()).max(dir.z.abs());
+        if !(LEAST_LENGTH..=GREATEST_LENGTH).contains(&longest) {
+            if longest == 0.0 {
+                return None;
+            }
+            t_scale = power_of_two_below(longest);
+            dir /= t_scale;
+        }
         let safe = |d: f32| if d.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(d) } else { d };
         let rcp = Vec3::ONE / Vec3::new(safe(dir.x), safe(dir.y), safe(dir.z));
         let center = ray.origin * rcp;
         let slack = (4.0 * f32::EPSILON * ray.origin.abs() + 1e-12 * extent) * rcp.abs();
 
-        let dir_abs = dir.abs();
-        let fastest = if dir_abs.x >= dir_abs.y && dir_abs.x >= dir_abs.z {
-            0
-        } else {
-            1 + usize::from(dir_abs.z > dir_abs.y)
-        };
-        const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-        let axes = AXES[fastest];
-        let z = rcp[fastest];
-        Self {
+        let (dir, rcp) = (dir.to_array(), rcp.to_array());
+        let axes = AXES[fastest_axis(dir)];
+        let z = rcp[axes[2]];
+        Some(Self {
             origin: ray.origin.to_array(),
             axes,
             shear: [dir[axes[0]] * z, dir[axes[1]] * z, z],
-            rcp: rcp.to_array(),
+            rcp,
             near_offset: (center + slack).to_array(),
             far_offset: (center - slack).to_array(),
-            sign: rcp.to_array().map(|r| usize::from(r < 0.0)),
+            sign: rcp.map(|r| (r.to_bits() >> 31) as usize),
             t_min: ray.t_min * t_scale,
             t_max: ray.t_max * t_scale,
-            dir: dir.to_array(),
-            t_scale,
+            dir,
+            t_unscale: 1.0 / t_scale,
             skip: SkipIds::new(ray.skip),
-        }
+        })
     }
 
     /// The octant of the direction: bit k is set where axis k is negative.
@@ -111,6 +117,18 @@ impl Prepared {
     pub(super) fn octant(&self) -> u32 {
         (self.sign[0] | self.sign[1] << 1 | self.sign[2] << 2) as u32
     }
+}
+
+/// Axes of the shear for each fastest axis.
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+/// Index of the greatest component, without branches: incoherent rays would mispredict them.
+#[inline(always)]
+fn fastest_axis(dir: [f32; 3]) -> usize {
+    let [x, y, z] = dir.map(f32::abs);
+    let is_z = usize::from(z > x.max(y));
+    let is_y = usize::from(y > x) & (is_z ^ 1);
+    2 * is_z + is_y
 }
 
 /// The greatest power of two that is at most `x`, for a positive finite `x`, but at least the least normal number.
@@ -125,25 +143,17 @@ pub(super) struct Best {
     pub(super) t: f32,
     pub(super) geom_id: u32,
     pub(super) prim_id: u32,
-    /// Triangle block and lane, for the barycentrics of the one hit that remains.
-    pub(super) block: u32,
-    pub(super) lane: u32,
+    /// Which of the block's triangles it is, and the block's edge functions and their sums: the barycentrics are
+    /// divided out for the one hit that remains.
+    pub(super) lane: usize,
+    pub(super) weights: [[f32; BLOCK]; 3],
 }
 
 impl Best {
-    /// Marks a hit on a sphere: it has no barycentrics.
-    pub(super) const SPHERE: u32 = u32::MAX;
-
     /// Nothing yet, before `t_max`.
     #[inline(always)]
     pub(super) fn none(t_max: f32) -> Self {
-        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, block: Self::SPHERE, lane: 0 }
-    }
-
-    /// Whether anything was hit.
-    #[inline(always)]
-    pub(super) fn is_hit(&self) -> bool {
-        self.geom_id != NO_ID
+        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, lane: 0, weights: [[0.0; BLOCK]; 3] }
     }
 
     /// Whether a hit is nearer, or as near with smaller ids: a total order, so no path can disagree.
@@ -154,8 +164,14 @@ impl Best {
 
     /// The hit as callers know it.
     #[inline(always)]
-    pub(super) fn hit(&self, ray: &Prepared, u: f32, v: f32) -> Hit {
-        let t = self.t / ray.t_scale;
-        Hit { t, u, v, geom_id: self.geom_id, prim_id: self.prim_id }
+    pub(super) fn hit(&self, ray: &Prepared) -> Hit {
+        let [v, w, det] = self.weights.map(|lanes| lanes[self.lane % BLOCK]);
+        Hit {
+            t: self.t * ray.t_unscale,
+            u: v / det,
+            v: w / det,
+            geom_id: self.geom_id,
+            prim_id: self.prim_id,
+        }
     }
 }

@@ -160,17 +160,16 @@ pub(super) trait Simd: Copy {
     /// One float, eight times.
     fn splat8(self, x: f32) -> Self::F8;
 
-    /// Asks for the cache lines of `slice[index]`; an index past the end asks for something useless.
+    /// Asks for four cache lines from an address, which may be any.
     #[inline(always)]
-    fn prefetch<T>(self, slice: &[T], index: usize) {
+    fn prefetch(self, address: *const u8) {
         #[cfg(target_arch = "x86_64")]
-        for line in 0..size_of::<T>() / 64 {
-            let address = slice.as_ptr().wrapping_add(index).cast::<i8>().wrapping_add(64 * line);
+        for line in 0..4 {
             // SAFETY: prefetching is a hint that reads nothing and faults on no address.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast::<i8>().wrapping_add(64 * line)) };
         }
         #[cfg(not(target_arch = "x86_64"))]
-        let _ = (slice, index);
+        let _ = address;
     }
 }
 

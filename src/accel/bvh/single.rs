@@ -130,17 +130,16 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
             // The nearest goes on in a register; the others are sorted into the stack, the farthest deepest.
             let distances = near.to_array();
             prefetch(simd, data, current);
-            let mut nearest = entry(distances[lane & 7], current);
+            let first = entry(distances[lane & 7], current);
+            let second = next(simd, data, node, &distances, &mut mask);
+            let mut nearest = first.min(second);
             let bottom = top;
+            stack.put(top, first.max(second));
+            top += 1;
             while mask != 0 {
-                let lane = mask.trailing_zeros() as usize & 7;
-                mask &= mask - 1;
-                let child = node.children[lane];
-                prefetch(simd, data, child);
-                let mut waiting = entry(distances[lane], child);
-                if waiting < nearest {
-                    core::mem::swap(&mut waiting, &mut nearest);
-                }
+                let other = next(simd, data, node, &distances, &mut mask);
+                let waiting = nearest.max(other);
+                nearest = nearest.min(other);
                 let mut slot = top;
                 while slot > bottom && stack.at(slot - 1) < waiting {
                     stack.put(slot, stack.at(slot - 1));
@@ -166,6 +165,16 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     }
 }
 
+/// The entry of the next child in the mask, whose memory it asks for.
+#[inline(always)]
+fn next<S: Simd>(simd: S, data: &Hierarchy, node: &Node, distances: &[f32; 8], mask: &mut u32) -> u64 {
+    let lane = mask.trailing_zeros() as usize & 7;
+    *mask &= *mask - 1;
+    let child = node.children[lane];
+    prefetch(simd, data, child);
+    entry(distances[lane], child)
+}
+
 /// The next waiting child that begins before `limit`.
 #[inline(always)]
 fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Child> {
@@ -179,14 +188,13 @@ fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Ch
     None
 }
 
-/// Fetches what a child points to; for sphere leaves, rare as they are, something useless.
+/// Fetches what a child points to; for sphere leaves, rare as they are, something useless. Both addresses are
+/// computed and one is kept: a branch would be mispredicted half the time.
 #[inline(always)]
 fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
-    if child.is_leaf() {
-        simd.prefetch(&data.triangles, child.first());
-    } else {
-        simd.prefetch(&data.nodes, child.index());
-    }
+    let node = data.nodes.as_ptr().wrapping_add(child.index()).cast::<u8>();
+    let leaf = data.triangles.as_ptr().wrapping_add(child.first()).cast::<u8>();
+    simd.prefetch(if child.is_leaf() { leaf } else { node });
 }
 
 /// One ray, ready for the blocks of a leaf.
@@ -206,25 +214,28 @@ impl<F: Lanes<4>> Leaf<F> {
         leaf: Child,
         best: &mut Best,
     ) -> bool {
-        let mut improved = false;
         if leaf.is_spheres() {
-            for block in leaf.blocks() {
-                improved |= sphere::intersect_block::<ANY>(ray, &data.spheres[block], best);
-            }
-            return improved;
+            return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
         }
+        let mut improved = false;
         for index in leaf.blocks() {
             let block = &data.triangles[index];
-            let crossing = triangle::cross_block(simd, &self.shear, ray.axes, block);
-            if crossing.inside.bits() != 0 {
-                let (t, valid, edge_on) = triangle::hits(&crossing, self.t_min, simd.splat4(best.t));
-                improved |= take_best(ray, block, index, &t.to_array(), valid, best);
-                if edge_on != 0 {
-                    improved |= take_edge_on(ray, block, index, edge_on, best);
-                }
-                if ANY && improved {
+            let corners = triangle::load_block(simd, ray.axes, block);
+            let crossing = triangle::cross(&self.shear, &corners);
+            if crossing.inside.bits() == 0 {
+                continue;
+            }
+            let (t, valid, edge_on) =
+                triangle::hits(&self.shear, &corners, &crossing, self.t_min, simd.splat4(best.t));
+            if take_best(ray, block, &t.to_array(), valid, best) {
+                if ANY {
                     return true;
                 }
+                improved = true;
+                best.weights = [crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()];
+            }
+            if edge_on != 0 && take_edge_on(ray, block, edge_on, best) {
+                improved = true;
             }
         }
         improved
@@ -233,21 +244,14 @@ impl<F: Lanes<4>> Leaf<F> {
 
 /// Puts the best of the valid lanes into `best`. Whether there was one.
 #[inline(always)]
-fn take_best(
-    ray: &Prepared,
-    block: &TriangleBlock,
-    index: usize,
-    t: &[f32; 4],
-    mut lanes: u32,
-    best: &mut Best,
-) -> bool {
+fn take_best(ray: &Prepared, block: &TriangleBlock, t: &[f32; 4], mut lanes: u32, best: &mut Best) -> bool {
     let mut improved = false;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & 3;
         lanes &= lanes - 1;
         let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-        if !ray.skip.rejects(geom_id, prim_id) && best.loses_to(t[lane], geom_id, prim_id) {
-            *best = Best { t: t[lane], geom_id, prim_id, block: index as u32, lane: lane as u32 };
+        if best.loses_to(t[lane], geom_id, prim_id) && !ray.skip.rejects(geom_id, prim_id) {
+            (best.t, best.geom_id, best.prim_id, best.lane) = (t[lane], geom_id, prim_id, lane);
             improved = true;
         }
     }
@@ -257,22 +261,16 @@ fn take_best(
 /// The lanes whose edge functions vanish in f32: seldom, and by way of f64.
 #[cold]
 #[inline(never)]
-pub(super) fn take_edge_on(
-    ray: &Prepared,
-    block: &TriangleBlock,
-    index: usize,
-    lanes: u32,
-    best: &mut Best,
-) -> bool {
+pub(super) fn take_edge_on(ray: &Prepared, block: &TriangleBlock, lanes: u32, best: &mut Best) -> bool {
     let mut improved = false;
     for lane in (0..4).filter(|lane| lanes >> lane & 1 == 1) {
-        if let Some((t, _, _)) = triangle::solve_edge_on(ray, block, lane)
+        if let Some((t, v, w)) = triangle::solve_edge_on(ray, block, lane)
             && t >= ray.t_min
             && t <= best.t
+            && take_best(ray, block, &[t; 4], 1 << lane, best)
         {
-            let mut at = [0.0; 4];
-            at[lane] = t;
-            improved |= take_best(ray, block, index, &at, 1 << lane, best);
+            best.weights = [[v; 4], [w; 4], [1.0; 4]];
+            improved = true;
         }
     }
     improved

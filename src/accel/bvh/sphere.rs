@@ -5,7 +5,6 @@ use super::ray::{Best, Prepared};
 use glam::{DVec3, Vec3};
 
 /// First parameter in `[t_min, t_max]` at which the ray meets the sphere's surface.
-#[inline(always)]
 fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
     let d = Vec3::from(ray.dir).as_dvec3();
     let to_center: DVec3 = center.as_dvec3() - Vec3::from(ray.origin).as_dvec3();
@@ -25,26 +24,32 @@ fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f
     (t >= ray.t_min && t <= t_max).then_some(t)
 }
 
-/// Tests the block's spheres; for `ANY` the first hit ends it. Whether something was hit.
-#[inline(always)]
-pub(super) fn intersect_block<const ANY: bool>(ray: &Prepared, block: &SphereBlock, best: &mut Best) -> bool {
-    let mut found = false;
-    for lane in 0..BLOCK {
-        let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-        if geom_id == NO_ID {
-            break;
-        }
-        let sphere = block.spheres[lane];
-        if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
-            && !ray.skip.rejects(geom_id, prim_id)
-            && best.loses_to(t, geom_id, prim_id)
-        {
-            *best = Best { t, geom_id, prim_id, block: Best::SPHERE, lane: 0 };
-            found = true;
-            if ANY {
-                return true;
+/// Tests the spheres of a leaf. Whether one of them is better than `best`, which then becomes it. Out of line, so
+/// that rays that meet no sphere do not prepare for them.
+#[inline(never)]
+pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], best: &mut Best) -> bool {
+    let mut improved = false;
+    for block in blocks {
+        for lane in 0..BLOCK {
+            let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
+            if geom_id == NO_ID {
+                break;
+            }
+            let sphere = block.spheres[lane];
+            if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
+                && !ray.skip.rejects(geom_id, prim_id)
+                && best.loses_to(t, geom_id, prim_id)
+            {
+                *best = Best {
+                    t,
+                    geom_id,
+                    prim_id,
+                    lane: 0,
+                    weights: [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
+                };
+                improved = true;
             }
         }
     }
-    found
+    improved
 }

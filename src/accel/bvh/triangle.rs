@@ -21,6 +21,9 @@ pub(super) struct Shear<F> {
     pub(super) shear: [F; 3],
 }
 
+/// A triangle's corners, `[corner][axis]` with the axes in the ray's order.
+pub(super) type Corners<F> = [[F; 3]; 3];
+
 /// What the test finds; lanes mean something where `inside` is set.
 #[derive(Clone, Copy)]
 pub(super) struct Crossing<F, M> {
@@ -31,15 +34,15 @@ pub(super) struct Crossing<F, M> {
     pub(super) w: F,
     /// Sum of the three edge functions: zero if the triangle is seen edge-on, or too small for these numbers.
     pub(super) det: F,
-    /// Ray parameter times `det`.
-    pub(super) t_det: F,
+    /// Third coordinates of the corners, from the origin.
+    depths: [F; 3],
 }
 
-/// Tests the line of the ray against a triangle; `corners[corner][axis]` with the axes in the ray's order.
+/// Tests the line of the ray against a triangle.
 #[inline(always)]
 pub(super) fn cross<const N: usize, F: Lanes<N>>(
     ray: &Shear<F>,
-    corners: [[F; 3]; 3],
+    corners: &Corners<F>,
 ) -> Crossing<F, F::Mask> {
     let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = sheared(ray, corners);
     let u = cx * by - cy * bx;
@@ -47,20 +50,37 @@ pub(super) fn cross<const N: usize, F: Lanes<N>>(
     let w = bx * ay - by * ax;
     let zero = u.splat(0.0);
     let inside = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
-    let det = u + v + w;
-    let t_det = ray.shear[2] * (u * az + v * bz + w * cz);
-    Crossing { inside, v, w, det, t_det }
+    Crossing { inside, v, w, det: u + v + w, depths: [az, bz, cz] }
+}
+
+/// Where the ray meets the triangle's plane, but not before its nearest and after its farthest corner.
+///
+/// The corners' depths weighted by the edge functions, as in the paper, would be wrong by the rounding of the
+/// farthest corner, which spoils the distance to a large floor; the plane is as exact as its edges. Where it is seen
+/// nearly edge-on it says nothing, and then the corners' depths bound the error.
+#[inline(always)]
+fn distance<const N: usize, F: Lanes<N>>(ray: &Shear<F>, corners: &Corners<F>, depths: [F; 3]) -> F {
+    let [a, b, c] = corners;
+    let [ex, ey, ez] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    let [fx, fy, fz] = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    let (nx, ny, nz) = (ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx);
+    let to_plane = nx * (a[0] - ray.origin[0]) + ny * (a[1] - ray.origin[1]) + nz * depths[0];
+    let along_ray = nx * ray.shear[0] + ny * ray.shear[1] + nz;
+    let t = ray.shear[2] * (to_plane / along_ray);
+
+    // A NaN is on the left and becomes the nearest depth.
+    let [za, zb, zc] = [depths[0] * ray.shear[2], depths[1] * ray.shear[2], depths[2] * ray.shear[2]];
+    t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc))
 }
 
 /// Corners seen from the origin, sheared so that the ray is the third axis; the third coordinate is unscaled.
 #[inline(always)]
-fn sheared<const N: usize, F: Lanes<N>>(ray: &Shear<F>, corners: [[F; 3]; 3]) -> [[F; 3]; 3] {
-    let [a, b, c] = corners;
+fn sheared<const N: usize, F: Lanes<N>>(ray: &Shear<F>, [a, b, c]: &Corners<F>) -> Corners<F> {
     [shear_corner(ray, a), shear_corner(ray, b), shear_corner(ray, c)]
 }
 
 #[inline(always)]
-fn shear_corner<const N: usize, F: Lanes<N>>(ray: &Shear<F>, [x, y, z]: [F; 3]) -> [F; 3] {
+fn shear_corner<const N: usize, F: Lanes<N>>(ray: &Shear<F>, &[x, y, z]: &[F; 3]) -> [F; 3] {
     let z = z - ray.origin[2];
     [(x - ray.origin[0]) - ray.shear[0] * z, (y - ray.origin[1]) - ray.shear[1] * z, z]
 }
@@ -77,43 +97,27 @@ impl<F> Shear<F> {
     }
 }
 
-/// One ray against the four triangles of a block.
+/// The corners of the four triangles of a block.
 #[inline(always)]
-pub(super) fn cross_block<S: Simd>(
-    simd: S,
-    ray: &Shear<S::F4>,
-    axes: [usize; 3],
-    block: &TriangleBlock,
-) -> Crossing<S::F4, <S::F4 as Lanes<4>>::Mask> {
+pub(super) fn load_block<S: Simd>(simd: S, axes: [usize; 3], block: &TriangleBlock) -> Corners<S::F4> {
     let [x, y, z] = axes;
     let [a, b, c] = &block.corners;
-    let corners = [
+    [
         [simd.load4(&a[x]), simd.load4(&a[y]), simd.load4(&a[z])],
         [simd.load4(&b[x]), simd.load4(&b[y]), simd.load4(&b[z])],
         [simd.load4(&c[x]), simd.load4(&c[y]), simd.load4(&c[z])],
-    ];
-    cross(ray, corners)
+    ]
 }
 
-/// Parameter and barycentrics of a lane that [`cross`] found inside: the same bits as the vector test has.
-#[inline(always)]
-pub(super) fn solve(ray: &Prepared, block: &TriangleBlock, lane: usize) -> Option<(f32, f32, f32)> {
-    let (shear, corners) = scalar(ray, block, lane);
-    let crossing = cross::<1, Array<1>>(&shear, corners);
-    let [det] = crossing.det.0;
-    if det == 0.0 {
-        return solve_edge_on(ray, block, lane);
-    }
-    Some((crossing.t_det.0[0] / det, crossing.v.0[0] / det, crossing.w.0[0] / det))
-}
-
-/// The same in f64, where the products of the edge functions are exact: for triangles whose edge functions all
-/// vanish in f32 although the ray may pass between their edges.
+/// Parameter and barycentrics in f64, where the products of the edge functions are exact: for triangles whose edge
+/// functions vanish in f32 although the ray may pass between their edges.
 #[cold]
 #[inline(never)]
 pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) -> Option<(f32, f32, f32)> {
-    let (shear, corners) = scalar(ray, block, lane);
-    let [a, b, c] = sheared::<1, Array<1>>(&shear, corners).map(|corner| corner.map(|x| f64::from(x.0[0])));
+    let corners = block.corners.each_ref().map(|corner| ray.axes.map(|axis| Array([corner[axis][lane]])));
+    let origin = ray.axes.map(|axis| Array([ray.origin[axis]]));
+    let shear = Shear { origin, shear: ray.shear.map(|s| Array([s])) };
+    let [a, b, c] = sheared::<1, Array<1>>(&shear, &corners).map(|corner| corner.map(|x| f64::from(x.0[0])));
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
     let w = b[0] * a[1] - b[1] * a[0];
@@ -125,23 +129,17 @@ pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) 
     Some((t as f32, (v / det) as f32, (w / det) as f32))
 }
 
-#[inline(always)]
-fn scalar(ray: &Prepared, block: &TriangleBlock, lane: usize) -> (Shear<Array<1>>, [[Array<1>; 3]; 3]) {
-    let corners = block.corners.each_ref().map(|corner| ray.axes.map(|axis| Array([corner[axis][lane]])));
-    let origin = ray.axes.map(|axis| Array([ray.origin[axis]]));
-    (Shear { origin, shear: ray.shear.map(|s| Array([s])) }, corners)
-}
-
-/// Lanes of a crossing that count in the interval, and those for [`solve_edge_on`].
+/// Ray parameters of a crossing, the lanes that count in the interval, and those for [`solve_edge_on`].
 #[inline(always)]
 pub(super) fn hits<const N: usize, F: Lanes<N>>(
+    ray: &Shear<F>,
+    corners: &Corners<F>,
     crossing: &Crossing<F, F::Mask>,
     t_min: F,
     t_max: F,
 ) -> (F, u32, u32) {
-    let zero = t_min.splat(0.0);
-    let nonzero = crossing.det.ne(zero);
-    let t = crossing.t_det / crossing.det;
+    let nonzero = crossing.det.ne(t_min.splat(0.0));
+    let t = distance(ray, corners, crossing.depths);
     let valid = crossing.inside & nonzero & t_min.le(t) & t.le(t_max);
     (t, valid.bits(), crossing.inside.bits() & !nonzero.bits())
 }

@@ -180,3 +180,34 @@ unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> 
     let now = monitor.bytes.fetch_add(bytes, Ordering::Relaxed).wrapping_add(bytes);
     bytes <= 0 || now <= monitor.limit
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::scene::Scene;
+    use super::*;
+    use crate::geometry::{Shape, Sphere};
+    use glam::Vec3;
+
+    #[test]
+    fn refused_memory_is_an_error_in_embrees_words() {
+        let sphere = |i: u16| Sphere { center: Vec3::splat(f32::from(i)), radius: 0.5 };
+        let shapes = [Shape::Spheres((0..5000).map(sphere).collect())];
+        let options = BuildOptions { threads: 1, ..BuildOptions::default() };
+        let commit = |limit| Scene::commit(Device::with_memory_limit(&options, limit)?, &shapes, &options);
+        assert!(commit(isize::MAX).is_ok());
+        let Err(AccelError::Embree { during, message }) = commit(100_000) else {
+            panic!("a hierarchy of 5000 spheres does not fit in 100 kB")
+        };
+        assert_eq!(during, "building the hierarchy");
+        assert!(message.starts_with("out of memory"), "{message}");
+    }
+
+    #[test]
+    fn options_become_settings() {
+        let settings = |threads, quality| {
+            config(&BuildOptions { threads, quality, ..BuildOptions::default() }).into_string().unwrap()
+        };
+        assert_eq!(settings(0, Quality::Medium), "");
+        assert_eq!(settings(3, Quality::High), "threads=3,max_spatial_split_replications=2.0");
+    }
+}

@@ -16,7 +16,7 @@ mod single;
 mod stream;
 
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence, EmbreeMode, SkipSupport};
-use crate::core::{Hit, Ray};
+use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
 use device::Device;
 use query::Query;
@@ -31,6 +31,7 @@ const CHUNK: usize = 256;
 pub struct Embree {
     scene: Scene,
     mode: EmbreeMode,
+    robust: bool,
     skip: SkipSupport,
     info: AccelInfo,
 }
@@ -106,7 +107,7 @@ impl Embree {
             memory_bytes: scene.device().memory_bytes(),
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        Ok(Self { scene, mode: options.embree_mode, skip: options.skip, info })
+        Ok(Self { scene, mode: options.embree_mode, robust: options.robust, skip: options.skip, info })
     }
 
     fn intersect_chunk(&self, call: Call, query: &mut Query<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
@@ -143,7 +144,11 @@ impl Accelerator for Embree {
         let mut query = Query::all(coherence);
         for (rays, hits) in rays.chunks(CHUNK).zip(hits.chunks_mut(CHUNK)) {
             self.intersect_chunk(call, &mut query, rays, hits);
-            self.scene.settle_hits(rays, hits);
+            if self.robust {
+                self.scene.settle_exactly(rays, hits);
+            } else {
+                self.scene.settle_rules(rays, hits);
+            }
         }
     }
 
@@ -152,9 +157,10 @@ impl Accelerator for Embree {
         let call = Call::for_any(self.mode);
         let mut query = Query::all(coherence);
         for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-            self.occluded_chunk(call, &mut query, rays, occluded);
-            if self.skip == SkipSupport::Any {
-                self.scene.settle_occluded(rays, occluded);
+            if self.skip == SkipSupport::Any && rays.iter().any(|ray| ray.skip != Skip::None) {
+                self.scene.occluded_by_rules(rays, occluded);
+            } else {
+                self.occluded_chunk(call, &mut query, rays, occluded);
             }
         }
     }

@@ -9,10 +9,10 @@
 //!
 //! The points no longer depend on the call, the packet or the version that found the primitive.
 
-use super::query::Query;
+use super::query::{Care, Query};
 use super::scene::Scene;
 use super::single::{intersect_one, occluded_one};
-use crate::accel::exact;
+use crate::accel::{Coherence, exact};
 use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
 use glam::Vec3;
@@ -21,6 +21,10 @@ use glam::Vec3;
 /// asked again. Far above the error of an ordinary hit, so that asking again is rare, and far below what a picture
 /// shows.
 const AGREEMENT: f64 = 256.0 * f32::EPSILON as f64;
+
+/// How far beside the primitive the ray may pass, in the same measure: Embree's edge tests are as generous as their
+/// rounding errors are large.
+const EDGE: f64 = 16.0 * f32::EPSILON as f64;
 
 /// What the primitive itself says of a hit; the hit has the exact numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,13 +53,13 @@ pub(super) fn judge(shapes: &[Shape], ray: &Ray, found: Hit) -> Verdict {
     };
     let t = point.t as f32;
     let speed = largest(ray.dir);
-    let slack = AGREEMENT * (largest(ray.origin) + point.t.abs() * speed);
-    if !(t >= ray.t_min && t <= ray.t_max && point.beside <= slack) {
+    let size = largest(ray.origin).max(point.t.abs() * speed);
+    if !(t >= ray.t_min && t <= ray.t_max && point.beside <= EDGE * size) {
         return Verdict::Miss;
     }
     let hit = Hit { t, u: point.u as f32, v: point.v as f32, ..found };
     let apart = (point.t - f64::from(found.t)).abs() * speed;
-    if apart <= slack { Verdict::Right(hit) } else { Verdict::Elsewhere(hit) }
+    if apart <= AGREEMENT * size { Verdict::Right(hit) } else { Verdict::Elsewhere(hit) }
 }
 
 fn largest(v: Vec3) -> f64 {
@@ -64,26 +68,42 @@ fn largest(v: Vec3) -> f64 {
 
 impl Scene {
     /// Makes Embree's closest hits exact, and finds others for those that a rule or the primitive itself denies.
-    pub(super) fn settle_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    ///
+    /// Costs about 40 ns a hit, most of it for the triangle's corners, which shading needs next.
+    pub(super) fn settle_exactly(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, answer) in rays.iter().zip(hits) {
             let Some(found) = *answer else { continue };
             *answer = if ray.skip.rejects(found.geom_id, found.prim_id) {
-                self.ask_again(ray, false)
+                self.ask_again(ray, Care::Checking)
             } else {
                 match judge(self.shapes(), ray, found) {
                     Verdict::Right(hit) => Some(hit),
-                    _ => self.ask_again(ray, true),
+                    _ => self.ask_again(ray, Care::Exhaustive),
                 }
             };
         }
     }
 
-    /// The closest hit by a filter, which keeps the best of the candidates that Embree misplaced.
+    /// Takes Embree's closest hits as they are, up to a rounding at the interval's ends, and finds others for those
+    /// that a rule rejects.
     ///
-    /// An `exhaustive` filter looks at all candidates along the ray: after one misplaced hit, others are likely.
+    /// A ray that starts at an error-bounded offset from the primitive that it skips nearly never hits it, so the
+    /// answers without a filter are nearly all final and the rule costs nothing.
+    pub(super) fn settle_rules(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, answer) in rays.iter().zip(hits) {
+            if answer.is_some_and(|hit| ray.skip.rejects(hit.geom_id, hit.prim_id)) {
+                *answer = intersect_one(self, &mut Query::filtered(self.shapes(), ray, Care::Trusting), ray);
+            }
+            if let Some(hit) = answer {
+                hit.t = hit.t.clamp(ray.t_min, ray.t_max);
+            }
+        }
+    }
+
+    /// The closest hit by a filter, which keeps the best of the candidates that Embree misplaced.
     #[cold]
-    fn ask_again(&self, ray: &Ray, exhaustive: bool) -> Option<Hit> {
-        let mut query = Query::filtered(self.shapes(), ray, exhaustive);
+    fn ask_again(&self, ray: &Ray, care: Care) -> Option<Hit> {
+        let mut query = Query::filtered(self.shapes(), ray, care);
         let accepted = intersect_one(self, &mut query, ray).map(|found| judge(self.shapes(), ray, found));
         let best = query.best();
         match accepted {
@@ -92,13 +112,17 @@ impl Scene {
         }
     }
 
-    /// Asks again, with a filter, for each occluded ray that carries a rule: any hit does not say of what.
-    pub(super) fn settle_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+    /// Any hit of rays of which some carry a rule, ray by ray.
+    ///
+    /// An answer does not say what was hit, so the filter is there from the start: to ask without it first and again
+    /// for the occluded rays took 1.2 times as long on a mesh of a million triangles.
+    pub(super) fn occluded_by_rules(&self, rays: &[Ray], occluded: &mut [bool]) {
+        let mut all = Query::all(Coherence::Incoherent);
         for (ray, occluded) in rays.iter().zip(occluded) {
-            if *occluded && ray.skip != Skip::None {
-                let mut query = Query::filtered(self.shapes(), ray, false);
-                *occluded = occluded_one(self, &mut query, ray) || query.best().is_some();
-            }
+            *occluded = match ray.skip {
+                Skip::None => occluded_one(self, &mut all, ray),
+                _ => occluded_one(self, &mut Query::filtered(self.shapes(), ray, Care::Trusting), ray),
+            };
         }
     }
 }

@@ -32,12 +32,23 @@ pub(super) struct Query<'a> {
     filter: Option<Filter<'a>>,
 }
 
+/// How far a filter trusts Embree's candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Care {
+    /// Altogether: only the ray's rule is obeyed.
+    Trusting,
+    /// Each is held against its primitive, and what Embree misplaced is kept aside.
+    Checking,
+    /// All are kept aside and none is accepted, so that none hides another.
+    Exhaustive,
+}
+
 /// What the filter knows of the one ray that it serves.
 struct Filter<'a> {
     shapes: &'a [Shape],
     ray: &'a Ray,
-    /// Whether candidates are only collected, so that none hides another.
-    exhaustive: bool,
+    /// What the filter looks at besides the ray's rule.
+    care: Care,
     /// The best of those that it rejected because Embree had misplaced them.
     best: Option<Hit>,
 }
@@ -48,9 +59,9 @@ impl<'a> Query<'a> {
         Self::new(coherence, None)
     }
 
-    /// A query of one ray that obeys its rule, with every candidate held against its primitive.
-    pub(super) fn filtered(shapes: &'a [Shape], ray: &'a Ray, exhaustive: bool) -> Self {
-        Self::new(Coherence::Incoherent, Some(Filter { shapes, ray, exhaustive, best: None }))
+    /// A query of one ray that obeys its rule.
+    pub(super) fn filtered(shapes: &'a [Shape], ray: &'a Ray, care: Care) -> Self {
+        Self::new(Coherence::Incoherent, Some(Filter { shapes, ray, care, best: None }))
     }
 
     /// The closest of the candidates that the filter kept.
@@ -160,8 +171,11 @@ impl Filter<'_> {
         if self.ray.skip.rejects(candidate.geom_id, candidate.prim_id) {
             return false;
         }
+        if self.care == Care::Trusting {
+            return true;
+        }
         let exact = match judge(self.shapes, self.ray, candidate) {
-            Verdict::Right(_) if !self.exhaustive => return true,
+            Verdict::Right(_) if self.care == Care::Checking => return true,
             Verdict::Right(hit) | Verdict::Elsewhere(hit) => hit,
             Verdict::Miss => return false,
         };

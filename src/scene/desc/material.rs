@@ -156,7 +156,7 @@ pub struct PlasticDesc {
     pub kd: f64,
     /// Colour of the base.
     pub cd: ColourDesc,
-    /// Index of refraction of the coat, at least 1.
+    /// Index of refraction of the coat, 1 to 100.
     pub eta: f64,
     /// Roughness of the coat, 0.001 to 1; 0.1 if neither this nor `exponent` is given.
     pub alpha: Option<f64>,

@@ -20,7 +20,7 @@ pub struct SettingsDesc {
     /// What a path sees beyond them.
     pub at_max_depth: Option<AtMaxDepth>,
     /// Rays per glossy hit: a number for the first one on a path, a list for the first, second, ... or
-    /// `{ branch = n }` for every one.
+    /// `{ branch = n }` for every one; `auto` measures how many pay.
     pub glossy_samples: Option<GlossySamples>,
     /// What becomes of glossy directions below the surface, for materials that do not say.
     pub horizon: Option<Horizon>,

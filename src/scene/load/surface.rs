@@ -78,8 +78,9 @@ impl Context<'_> {
     /// Plastic.
     pub(super) fn plastic(&self, name: String, desc: &PlasticDesc) -> Result<Material, SceneError> {
         let eta = self.at.positive("eta", desc.eta)?;
-        if eta < 1.0 {
-            return Err(self.at.key("eta").fail(format!("{eta}: a coat is denser than air, at least 1")));
+        if !(1.0..=100.0).contains(&eta) {
+            let message = format!("{eta}: the index of a coat must be from 1 (air) to 100");
+            return Err(self.at.key("eta").fail(message));
         }
         let base = self.texture(["kd", "cd"], desc.kd, &desc.cd)?;
         let base = base.unwrap_or(Texture::Constant(Rgb::BLACK));
