@@ -118,8 +118,10 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         .iter()
         .map(|contender| contender.build(&scene, args.build.options(&scene)))
         .collect::<Result<Vec<_>, _>>()?;
-    let backends: Vec<compare::Contender<'_>> =
-        built.iter().map(|(name, accel)| compare::Contender { name: name.clone(), accel: &**accel }).collect();
+    let backends: Vec<compare::Contender<'_>> = built
+        .iter()
+        .map(|(name, accel)| compare::Contender { name: name.clone(), accel: &**accel })
+        .collect();
 
     interrupt.stops_softly();
     let Some(found) = compare::run(scene, &backends, &options(args), &tell, interrupt.stop()) else {
@@ -131,7 +133,8 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     }
     if let Some(path) = &args.html {
         let html = page::to_html(&found, &args.scene.name(), &command(), args.exposure);
-        write_atomically(path, |file| file.write_all(html.as_bytes()).map_err(|e| e.to_string())).or_failed()?;
+        write_atomically(path, |file| file.write_all(html.as_bytes()).map_err(|e| e.to_string()))
+            .or_failed()?;
     }
     if args.json {
         print_json(&json!(found))?;
@@ -193,7 +196,11 @@ fn dump_disagreements(found: &Comparison, dump: Dump) -> Result<(), Failure> {
 fn command() -> String {
     let quoted = std::env::args().skip(1).map(|word| {
         let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-        if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
     });
     ["gloss".to_owned()].into_iter().chain(quoted).collect::<Vec<_>>().join(" ")
 }

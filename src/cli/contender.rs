@@ -75,8 +75,13 @@ impl Contender {
             let note = "this gloss was built without Embree: the BVH is held against brute force";
             return ([Backend::Brute, Backend::Bvh].map(Self::of).into(), Some(note));
         }
-        let high = Self { quality: Some(Quality::High), extra: vec!["quality=high".into()], ..Self::of(Backend::Bvh) };
-        let note = "this gloss was built without Embree: the BVH of high quality is held against the usual one";
+        let high = Self {
+            quality: Some(Quality::High),
+            extra: vec!["quality=high".into()],
+            ..Self::of(Backend::Bvh)
+        };
+        let note =
+            "this gloss was built without Embree: the BVH of high quality is held against the usual one";
         (vec![Self::of(Backend::Bvh), high], Some(note))
     }
 

@@ -12,8 +12,9 @@ use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
-use crate::render::{Outcome, RayClass, RenderOptions, StopReason, render};
+use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
+use crate::trace::clock;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -30,7 +31,8 @@ Examples:
   gloss render scenes/lemon.toml -o lemon.exr -o lemon.png --spp 1024 --exposure 0.5
   gloss render scenes/lemon.toml -o part.png --resolution 3840x2160 --crop 1600,900,2240,1260
   gloss render scenes/lemon.toml -o lecture.png --preset lecture --backend bvh
-  gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10")]
+  gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10
+  gloss render scenes/lemon.toml -o lemon.png --stats")]
 pub(super) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -81,27 +83,31 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     // Everything that can be refused is refused before the work.
     let outputs = Output::check(&args.output)?;
+    let dump = args.dump_rays.as_deref().map(Dump::create).transpose()?;
     let interrupt = Interrupt::listen()?;
 
-    let clock = Instant::now();
+    let started = Instant::now();
     let scene = args.scene.load()?;
-    let load_seconds = clock.elapsed().as_secs_f64();
+    let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
     tell_before(args, &scene);
 
-    let clock = Instant::now();
+    let started = Instant::now();
     let accel = args.accel.build(&scene)?;
-    let build_seconds = clock.elapsed().as_secs_f64();
+    let build_seconds = started.elapsed().as_secs_f64();
 
     let options = RenderOptions {
         threads: args.accel.build.threads,
         crop: args.crop,
         tile_size: args.tile_size,
+        log: dump.as_ref().map(|dump| dump.rays() as &dyn RayLog),
         ..RenderOptions::default()
     };
     interrupt.stops_softly();
     let reporter = Reporter::start(if args.quiet { Style::None } else { args.progress });
+    let cpu_seconds = clock::process_seconds();
     let outcome = render(&scene, &*accel, &options, &reporter, interrupt.stop());
+    let cpu_seconds = clock::process_seconds() - cpu_seconds;
     reporter.finish();
     if outcome.stopped_by == StopReason::Interrupted {
         note(&format!("interrupted after {:.1} s of rendering: nothing is written", outcome.seconds));
@@ -113,7 +119,13 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     for output in &outputs {
         output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
     }
+    dump.map_or(Ok(()), Dump::finish)?;
     report.tell(&outputs);
+    if let Some(form) = args.stats {
+        let Report { scene, outcome, .. } = &report;
+        Stats::measure(scene, &*accel, outcome, cpu_seconds, args.accel.build.threads, interrupt.stop())
+            .tell(form)?;
+    }
     Ok(Exit::Done)
 }
 

@@ -1,7 +1,7 @@
 //! Where the time of a render went: rays by class, and what they would take alone.
 
-use super::terminal::{count, print, print_json};
 use super::exit::Failure;
+use super::terminal::{count, print, print_json};
 use crate::accel::Accelerator;
 use crate::render::{Outcome, RayClass};
 use crate::scene::Scene;
@@ -61,7 +61,7 @@ impl Stats {
         threads: usize,
         stop: &AtomicBool,
     ) -> Self {
-        let batches = record(scene, accel, RECORDED, stop);
+        let batches = record(scene, accel, outcome.film.rect, RECORDED, stop);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.expect("the operating system gives threads, as it did to the render");
         let alone = pool.install(|| replay(accel, &batches, ROUNDS));
@@ -93,7 +93,8 @@ impl Stats {
     }
 
     fn to_text(&self) -> String {
-        let mut text = format!("{:<10}{:>10}{:>9}{:>10}{:>10}\n", "class", "rays", "share", "Mray/s", "alone");
+        let mut text =
+            format!("{:<10}{:>10}{:>9}{:>10}{:>10}\n", "class", "rays", "share", "Mray/s", "alone");
         for class in &self.classes {
             // Writing to a string cannot fail.
             let _ = writeln!(

@@ -70,7 +70,11 @@ fn to_text(replayed: &Replay, rounds: usize) -> String {
     let clock = clock::CLOCK;
     let mut text = format!("{backend}, median of {rounds} rounds, {clock}\n");
     // Writing to a string cannot fail.
-    let _ = writeln!(text, "{:<10}{:>10}{:>10}{:>11}{:>10}  spread", "class", "rays", "hits", "seconds", "Mray/s");
+    let _ = writeln!(
+        text,
+        "{:<10}{:>10}{:>10}{:>11}{:>10}  spread",
+        "class", "rays", "hits", "seconds", "Mray/s"
+    );
     for timing in classes {
         let rate = |seconds: f64| 1e-6 * timing.rays as f64 / seconds.max(1e-9);
         let _ = writeln!(

@@ -102,9 +102,8 @@ impl ClassAnswers {
     }
 
     fn of(class: RayClass, rays: u64, disagreements: &[Disagreement]) -> Self {
-        let number = |kind| {
-            disagreements.iter().filter(|d| d.class == class && d.kind == kind).count() as u64
-        };
+        let number =
+            |kind| disagreements.iter().filter(|d| d.class == class && d.kind == kind).count() as u64;
         Self {
             class,
             rays,

@@ -6,7 +6,7 @@ use super::picture::{PictureDifference, compare_pictures};
 use super::rate::{Rate, rates};
 use super::verdict::Verdict;
 use crate::accel::{AccelInfo, Accelerator};
-use crate::film::Film;
+use crate::film::{Film, PixelRect};
 use crate::geometry::Shape;
 use crate::integrator::RayClass;
 use crate::render::{RenderOptions, Silent, StopReason, render};
@@ -143,7 +143,9 @@ type Rendered = (Film, f64, f64);
 impl Job<'_> {
     fn run(mut self) -> Option<Comparison> {
         (self.tell)("recording rays");
-        let batches = record(&self.scene, self.backends[0].accel, self.options.rays, self.stop);
+        let [x1, y1] = self.scene.camera.resolution;
+        let picture = PixelRect { x0: 0, y0: 0, x1, y1 };
+        let batches = record(&self.scene, self.backends[0].accel, picture, self.options.rays, self.stop);
         let answers = self.ask(&batches)?;
         (self.tell)(&format!("timing {} rounds", self.options.rounds));
         let accels: Vec<_> = self.backends.iter().map(|backend| backend.accel).collect();
@@ -153,7 +155,8 @@ impl Job<'_> {
 
         let seed = self.scene.settings.seed;
         let rendered = self.render_all()?;
-        let control = if self.options.independent { Some(self.render(0, seed.wrapping_add(2))?.0) } else { None };
+        let control =
+            if self.options.independent { Some(self.render(0, seed.wrapping_add(2))?.0) } else { None };
         let subjects = self.subjects(&rendered, rates);
         let films: Vec<Film> = rendered.into_iter().map(|(film, ..)| film).collect();
         let pairs = answers.into_iter().enumerate().map(|(i, (answers, disagreements, explained))| {
@@ -217,7 +220,11 @@ impl Job<'_> {
         let outcome = render(&self.scene, *accel, &options, &Silent, self.stop);
         let cpu_seconds = clock::process_seconds() - started;
         self.scene.settings.seed = own_seed;
-        (outcome.stopped_by != StopReason::Interrupted).then_some((outcome.film, outcome.seconds, cpu_seconds))
+        (outcome.stopped_by != StopReason::Interrupted).then_some((
+            outcome.film,
+            outcome.seconds,
+            cpu_seconds,
+        ))
     }
 
     fn subjects(&self, rendered: &[Rendered], rates: Vec<Vec<Rate>>) -> Vec<Subject> {
@@ -246,7 +253,9 @@ impl Job<'_> {
             if share > self.options.max_wrong {
                 let name = &self.backends[number].name;
                 let limit = self.options.max_wrong;
-                reasons.push(format!("{name} answers {share:.1e} of the rays wrongly; the limit is {limit:.1e}"));
+                reasons.push(format!(
+                    "{name} answers {share:.1e} of the rays wrongly; the limit is {limit:.1e}"
+                ));
             }
         }
         let verdict = if !reasons.is_empty() {

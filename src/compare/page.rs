@@ -30,7 +30,8 @@ fn header(c: &Comparison, title: &str, scene: &str) -> String {
     let [width, height] = c.resolution;
     let reasons: String =
         c.pairs.iter().flat_map(|p| &p.reasons).map(|r| format!("<li>{}</li>", escape(r))).collect();
-    let reasons = if reasons.is_empty() { reasons } else { format!("<ul class=\"reasons\">{reasons}</ul>\n") };
+    let reasons =
+        if reasons.is_empty() { reasons } else { format!("<ul class=\"reasons\">{reasons}</ul>\n") };
     format!(
         "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}: {} primitives, {width} × {height} pixels, {}</p>\n\
          {}{reasons}</header>\n{}",
@@ -71,7 +72,11 @@ fn tiles(c: &Comparison) -> String {
         ("Speed of rays", format!("×{speed:.2}"), format!("{versus}, mean of the classes")),
         ("Time to build", format!("×{:.2}", b.build_seconds / a.build_seconds.max(1e-9)), versus.clone()),
         ("Answers that differ", grouped(differ), format!("of {} rays", grouped(rays))),
-        ("Pixels with the same bits", format!("{} %", percent(equal)), format!("of {}", grouped(pair.picture.pixels))),
+        (
+            "Pixels with the same bits",
+            format!("{} %", percent(equal)),
+            format!("of {}", grouped(pair.picture.pixels)),
+        ),
     ];
     let tile = |(name, value, note): (&str, String, String)| {
         format!("<div><dt>{name}</dt><dd>{value}<small>{note}</small></dd></div>\n")
@@ -112,13 +117,16 @@ fn pictures(c: &Comparison, pair: &Pair, exposure: f32) -> String {
     let [under, over] =
         [0, pair.second].map(|i| Raster::of_light(width, height, &c.films[i].image(), exposure));
     let names = [0, pair.second].map(|i| format!("{} {}", letter(i), c.subjects[i].name));
-    let caption = format!("{a} on the left, {b} on the right. Drag the edge, or move it with the arrow keys.");
+    let caption =
+        format!("{a} on the left, {b} on the right. Drag the edge, or move it with the arrow keys.");
     let both = slider([&under, &over], [&names[0], &names[1]], &caption);
 
     let reach = reach_of(&pair.picture.difference);
     let difference = Raster::of_signed(width, height, &pair.picture.difference, reach);
     let z = Raster::of_signed(width, height, &pair.picture.z, Z_REACH);
-    let ramp = |low: &str, high: &str| format!("<span class=\"ramp\" data-low=\"{low}\" data-high=\"{high}\"><span></span></span>");
+    let ramp = |low: &str, high: &str| {
+        format!("<span class=\"ramp\" data-low=\"{low}\" data-high=\"{high}\"><span></span></span>")
+    };
     let difference = figure(
         &difference,
         "Signed difference of each pixel",
@@ -214,8 +222,13 @@ fn answers(c: &Comparison, pair: &Pair) -> String {
         format!("Distance apart by more than {:.0e}", c.tolerance),
     ]);
     let rows = pair.answers.iter().map(|class| {
-        let numbers =
-            [class.rays, class.missed_by_first, class.missed_by_second, class.other_primitive, class.distance];
+        let numbers = [
+            class.rays,
+            class.missed_by_first,
+            class.missed_by_second,
+            class.other_primitive,
+            class.distance,
+        ];
         [class.class.name().to_owned()].into_iter().chain(numbers.map(grouped)).collect()
     });
     let caption = format!("Answers of {b} that are not those of {a}");
@@ -248,7 +261,10 @@ fn examples(pair: &Pair) -> String {
         vec![ray, told(&d.first), told(&d.second), told(&Answer::Closest(e.exact)), right]
     };
     let rows: Vec<_> = pair.explained.examples.iter().map(row).collect();
-    format!("<details><summary>Some of these rays</summary>\n{}</details>\n", table("Rays and answers", &head, &rows))
+    format!(
+        "<details><summary>Some of these rays</summary>\n{}</details>\n",
+        table("Rays and answers", &head, &rows)
+    )
 }
 
 fn told(answer: &Answer) -> String {

@@ -82,6 +82,11 @@ fn scattered_wrong_pixels_show_even_without_a_bias() {
     for (second, control) in [(&film(1, 64, wrong), None), (&independent, Some(film(2, 64, clean)))] {
         let found = compare_pictures(&film(1, 64, clean), second, control.as_ref());
         assert_eq!(found.verdict, Verdict::Differs);
-        assert!(found.outliers as f64 > found.outliers_allowed, "{} {}", found.outliers, found.outliers_allowed);
+        assert!(
+            found.outliers as f64 > found.outliers_allowed,
+            "{} {}",
+            found.outliers,
+            found.outliers_allowed
+        );
     }
 }

@@ -68,10 +68,10 @@ mod tests {
         let rates = rates(&[&brute, &brute, &brute], &batches, 2);
         assert_eq!(rates.len(), 3);
         for of_backend in rates {
-            assert_eq!(of_backend.iter().map(|r| r.class).collect::<Vec<_>>(), [
-                RayClass::Primary,
-                RayClass::Shadow
-            ]);
+            assert_eq!(
+                of_backend.iter().map(|r| r.class).collect::<Vec<_>>(),
+                [RayClass::Primary, RayClass::Shadow]
+            );
             assert!(of_backend.iter().all(|r| 0.0 < r.least && r.least <= r.median && r.median <= r.most));
         }
     }

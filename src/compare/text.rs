@@ -38,7 +38,11 @@ pub fn samples(c: &Comparison) -> String {
 }
 
 fn write_costs(out: &mut String, c: &Comparison) -> std::fmt::Result {
-    writeln!(out, "\n          {:>12} {:>12} {:>12} {:>14} {:>12}", "build s", "MB", "B/primitive", "render CPU s", "wall s")?;
+    writeln!(
+        out,
+        "\n          {:>12} {:>12} {:>12} {:>14} {:>12}",
+        "build s", "MB", "B/primitive", "render CPU s", "wall s"
+    )?;
     for (number, subject) in c.subjects.iter().enumerate() {
         let Subject { build_seconds, memory_bytes, render_seconds, render_cpu_seconds, .. } = subject;
         writeln!(
@@ -54,7 +58,11 @@ fn write_costs(out: &mut String, c: &Comparison) -> std::fmt::Result {
 
 fn write_rates(out: &mut String, c: &Comparison) -> std::fmt::Result {
     let rounds = c.rounds;
-    writeln!(out, "\nMray/s of one thread's {}: median of {rounds} rounds, (least to most)", crate::trace::clock::CLOCK)?;
+    writeln!(
+        out,
+        "\nMray/s of one thread's {}: median of {rounds} rounds, (least to most)",
+        crate::trace::clock::CLOCK
+    )?;
     write!(out, "{:<10}{:>10}", "class", "rays")?;
     for number in 0..c.subjects.len() {
         write!(out, "  {:>24}", letter(number))?;
@@ -83,7 +91,11 @@ fn write_pair(out: &mut String, c: &Comparison, pair: &Pair) -> std::fmt::Result
     }
     let missed = [a, b].map(|side| format!("missed by {side}"));
     let apart = format!("dt > {:.0e}", c.tolerance);
-    writeln!(out, "  {:<10}{:>10} {:>12} {:>12} {:>16} {:>12}", "answers", "rays", missed[0], missed[1], "other primitive", apart)?;
+    writeln!(
+        out,
+        "  {:<10}{:>10} {:>12} {:>12} {:>16} {:>12}",
+        "answers", "rays", missed[0], missed[1], "other primitive", apart
+    )?;
     for answers in &pair.answers {
         writeln!(
             out,
@@ -109,7 +121,10 @@ pub fn explained(pair: &Pair) -> String {
     let how = if e.exhaustive == e.judged {
         "against every primitive".to_owned()
     } else {
-        format!("{} of them against every primitive, the others against those that {a} or {b} named", e.exhaustive)
+        format!(
+            "{} of them against every primitive, the others against those that {a} or {b} named",
+            e.exhaustive
+        )
     };
     format!(
         "of {} answers that differ, {} were judged in f64 ({how}): both right {}, only {a} right {}, \

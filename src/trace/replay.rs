@@ -81,8 +81,7 @@ pub fn ask_all(accel: &dyn Accelerator, batches: &[&Batch]) -> Round {
             Round { seconds, hits: hits as u64 }
         },
     );
-    answers
-        .reduce(Round::default, |a, b| Round { seconds: a.seconds + b.seconds, hits: a.hits + b.hits })
+    answers.reduce(Round::default, |a, b| Round { seconds: a.seconds + b.seconds, hits: a.hits + b.hits })
 }
 
 /// Asks one batch as the integrator does: shadow rays for any hit, into `occluded`; the others for the closest, into
