@@ -12,7 +12,7 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`compare`], [`farm`], [`figures`], [`trace`] | whole jobs made of renders |
+//! | 6 | [`trace`], [`report`], [`compare`], [`farm`], [`figures`] | whole jobs made of renders, and what they tell |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
@@ -27,5 +27,6 @@ pub mod geometry;
 pub mod image_io;
 pub mod integrator;
 pub mod render;
+pub mod report;
 pub mod scene;
 pub mod trace;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 15] = [
+const MAY_IMPORT: [(&str, &[&str]); 16] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -15,9 +15,25 @@ const MAY_IMPORT: [(&str, &[&str]); 15] = [
     ("integrator", &["core", "bxdf", "scene", "film", "accel"]),
     ("render", &["core", "film", "accel", "scene", "integrator"]),
     ("trace", WORK),
-    ("compare", WORK),
     ("farm", WORK),
     ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
+    ("report", &["core", "image_io"]),
+    (
+        "compare",
+        &[
+            "core",
+            "geometry",
+            "bxdf",
+            "film",
+            "accel",
+            "scene",
+            "integrator",
+            "render",
+            "image_io",
+            "trace",
+            "report",
+        ],
+    ),
     (
         "cli",
         &[
@@ -31,6 +47,7 @@ const MAY_IMPORT: [(&str, &[&str]); 15] = [
             "render",
             "image_io",
             "trace",
+            "report",
             "compare",
             "farm",
             "figures",

@@ -100,7 +100,7 @@ fn draw_family(
             continue;
         }
         let clock = Instant::now();
-        let Some(drawn) = figures::draw(scene, &*accel, args.accel.threads, interrupt.stop()) else {
+        let Some(drawn) = figures::draw(scene, &*accel, args.accel.build.threads, interrupt.stop()) else {
             return Ok(false);
         };
         let dropped = drawn.outcome.film.dropped;

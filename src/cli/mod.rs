@@ -4,7 +4,10 @@
 //! subcommand: write its file with `Args` and `run`, and add its variant to `Command`.
 
 mod accel_args;
+mod compare;
+mod contender;
 mod diff;
+mod dump;
 mod exit;
 mod farm_args;
 mod figures;
@@ -19,7 +22,9 @@ mod scene_args;
 mod schema;
 mod settings;
 mod signal;
+mod stats;
 mod terminal;
+mod trace;
 
 use clap::Parser;
 use exit::{Exit, Failure};
@@ -41,6 +46,8 @@ enum Command {
     Merge(merge::Args),
     Diff(diff::Args),
     Figures(figures::Args),
+    Compare(compare::Args),
+    Trace(trace::Args),
     Schema(schema::Args),
 }
 
@@ -48,7 +55,7 @@ enum Command {
 const HELP_END: &str = "\
 Exit codes:
    0  done
-   1  failed; of diff: the pictures differ by more than the threshold
+   1  failed; of diff: the pictures differ by more than the threshold; of compare: the backends differ
    2  bad usage, bad scene, or pictures that cannot be compared
   75  interrupted by Ctrl-C or SIGTERM; no picture is written, but a checkpoint where one is kept
 
@@ -56,7 +63,8 @@ Examples:
   gloss gen knot --triangles 200000 -o knot.ply
   gloss info scenes/lemon.toml
   gloss render scenes/lemon.toml -o lemon.png -o lemon.exr --spp 256
-  gloss diff lemon.exr reference.exr --map difference.png";
+  gloss diff lemon.exr reference.exr --map difference.png
+  gloss compare scenes/lemon.toml --html lemon.html";
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
@@ -75,6 +83,8 @@ pub fn main() -> ExitCode {
         Command::Merge(args) => merge::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Figures(args) => figures::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Trace(args) => trace::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

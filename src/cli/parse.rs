@@ -129,6 +129,14 @@ pub(super) fn threshold(typed: &str) -> Result<f64, String> {
     }
 }
 
+/// A fraction.
+pub(super) fn fraction(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if (0.0..=1.0).contains(&n) => Ok(n),
+        _ => Err("it is a number from 0 to 1".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,5 +190,6 @@ mod tests {
         }
         assert!(ppd("0").is_err() && ppd("nan").is_err() && ppd("1e9").is_err());
         assert!(threshold("-1").is_err() && threshold("nan").is_err());
+        assert!(fraction("1.5").is_err() && fraction("-0.1").is_err() && fraction("nan").is_err());
     }
 }

@@ -81,7 +81,8 @@ impl Prepared {
     pub(super) fn dir(&self) -> Vec3 {
         let mut dir = Vec3::ZERO;
         let [x, y, z] = self.axes;
-        (dir[x], dir[y], dir[z]) = (self.shear[0] / self.shear[2], self.shear[1] / self.shear[2], 1.0 / self.shear[2]);
+        (dir[x], dir[y], dir[z]) =
+            (self.shear[0] / self.shear[2], self.shear[1] / self.shear[2], 1.0 / self.shear[2]);
         dir
     }
 
@@ -145,12 +146,6 @@ impl Best {
     #[inline(always)]
     pub(super) fn hit(&self, ray: &Prepared) -> Hit {
         let [v, w, det] = self.weights.map(|lanes| lanes[self.lane % BLOCK]);
-        Hit {
-            t: self.t / ray.t_scale,
-            u: v / det,
-            v: w / det,
-            geom_id: self.geom_id,
-            prim_id: self.prim_id,
-        }
+        Hit { t: self.t / ray.t_scale, u: v / det, v: w / det, geom_id: self.geom_id, prim_id: self.prim_id }
     }
 }

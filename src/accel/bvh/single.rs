@@ -63,7 +63,13 @@ impl<F: Lanes<8>> Slabs<F> {
     /// A NaN (a plane that the ray runs in) never stays: `min` and `max` return the right operand if the left one is
     /// NaN, and the rightmost is a number.
     #[inline(always)]
-    pub(super) fn enter<S: Simd<F8 = F>>(&self, simd: S, ray: &Prepared, node: &Node, t_max: f32) -> (F, u32) {
+    pub(super) fn enter<S: Simd<F8 = F>>(
+        &self,
+        simd: S,
+        ray: &Prepared,
+        node: &Node,
+        t_max: f32,
+    ) -> (F, u32) {
         let [x, y, z] = &node.planes;
         let [sx, sy, sz] = ray.sign;
         let near_x = (self.origin[0] - simd.load8(&x[sx & 1])) * self.neg_rcp[0];
@@ -232,7 +238,13 @@ pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
 
 /// The best of the valid lanes, if it is better than `best`.
 #[inline(always)]
-fn best_lane(ray: &Prepared, block: &TriangleBlock, t: &[f32; 4], mut lanes: u32, best: &Best) -> Option<Best> {
+fn best_lane(
+    ray: &Prepared,
+    block: &TriangleBlock,
+    t: &[f32; 4],
+    mut lanes: u32,
+    best: &Best,
+) -> Option<Best> {
     let mut better = None;
     let (mut best_t, mut best_ids) = (best.t, (best.geom_id, best.prim_id));
     while lanes != 0 {
