@@ -12,10 +12,11 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`trace`], [`report`], [`compare`], [`farm`], [`figures`] | whole jobs made of renders, and what they tell |
+//! | 6 | [`trace`], [`report`], [`compare`], [`figures`], [`farm`], [`batch`], [`sweep`] | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
+pub mod batch;
 pub mod bxdf;
 pub mod cli;
 pub mod compare;
@@ -29,4 +30,5 @@ pub mod integrator;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod sweep;
 pub mod trace;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 16] = [
+const MAY_IMPORT: [(&str, &[&str]); 17] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -34,6 +34,9 @@ const MAY_IMPORT: [(&str, &[&str]); 16] = [
             "report",
         ],
     ),
+    ("batch", WORK),
+    // A sweep makes its pictures in the workshop of `batch`.
+    ("sweep", &["scene", "batch"]),
     (
         "cli",
         &[
@@ -51,6 +54,8 @@ const MAY_IMPORT: [(&str, &[&str]); 16] = [
             "compare",
             "farm",
             "figures",
+            "batch",
+            "sweep",
         ],
     ),
 ];

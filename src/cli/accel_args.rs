@@ -49,17 +49,30 @@ impl BuildArgs {
     /// Options for rays that a render of the scene asks.
     pub(super) fn options(&self, scene: &Scene) -> BuildOptions {
         BuildOptions {
+            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
+            ..self.any_options()
+        }
+    }
+
+    /// Options for rays of any scene.
+    pub(super) fn any_options(&self) -> BuildOptions {
+        BuildOptions {
             quality: self.quality,
             robust: !self.fast,
             compact: self.compact,
             embree_mode: EmbreeMode::default(),
-            skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
+            skip: SkipSupport::Any,
             threads: self.threads,
         }
     }
 }
 
 impl AccelArgs {
+    /// How to build for pictures of any scene.
+    pub(super) fn build_options(&self) -> BuildOptions {
+        BuildOptions { embree_mode: self.embree_mode, ..self.build.any_options() }
+    }
+
     /// Which of these flags the last bits of a picture may depend on, for people and to compare.
     pub(super) fn identity(&self) -> String {
         let name = |value: &dyn std::fmt::Debug| format!("{value:?}").to_ascii_lowercase();

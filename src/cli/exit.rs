@@ -12,6 +12,8 @@ pub(super) enum Exit {
     Failed = 1,
     /// The arguments or the files they name make no sense.
     Bad = 2,
+    /// Some of several pictures were not made.
+    Some = 3,
     /// Stopped by a signal (`EX_TEMPFAIL`: try again).
     Interrupted = 75,
 }

@@ -4,6 +4,7 @@
 //! subcommand: write its file with `Args` and `run`, and add its variant to `Command`.
 
 mod accel_args;
+mod batch;
 mod compare;
 mod contender;
 mod diff;
@@ -20,9 +21,12 @@ mod progress;
 mod render;
 mod scene_args;
 mod schema;
+mod series;
 mod settings;
 mod signal;
 mod stats;
+mod submit;
+mod sweep;
 mod terminal;
 mod trace;
 
@@ -43,7 +47,10 @@ enum Command {
     Render(render::Args),
     Info(info::Args),
     Gen(generate::Args),
+    Sweep(sweep::Args),
+    Batch(batch::Args),
     Merge(merge::Args),
+    Submit(submit::Args),
     Diff(diff::Args),
     Figures(figures::Args),
     Compare(compare::Args),
@@ -57,6 +64,7 @@ Exit codes:
    0  done
    1  failed; of diff: the pictures differ by more than the threshold; of compare: the backends differ
    2  bad usage, bad scene, or pictures that cannot be compared
+   3  some of several pictures were not made
   75  interrupted by Ctrl-C or SIGTERM; no picture is written, but a checkpoint where one is kept
 
 Examples:
@@ -80,6 +88,9 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Gen(args) => generate::run(&args),
+        Command::Sweep(args) => sweep::run(&args),
+        Command::Batch(args) => batch::run(&args),
+        Command::Submit(args) => submit::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Figures(args) => figures::run(&args),

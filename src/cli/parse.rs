@@ -103,6 +103,22 @@ pub(super) fn duration(typed: &str) -> Result<Duration, String> {
     }
 }
 
+/// A number of bytes: `500MB`, `2GB`, `0`.
+pub(super) fn bytes(typed: &str) -> Result<usize, String> {
+    let at = typed.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(typed.len());
+    let unit = match typed[at..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "KB" | "K" => 1e3,
+        "MB" | "M" => 1e6,
+        "GB" | "G" => 1e9,
+        _ => return Err("memory is given in kB, MB or GB, such as 2GB".to_owned()),
+    };
+    match typed[..at].trim().parse::<f64>() {
+        Ok(number) if (0.0..=1e12).contains(&(number * unit)) => Ok((number * unit) as usize),
+        _ => Err("write memory as a number and its unit, such as 500MB or 2GB".to_owned()),
+    }
+}
+
 /// A number from `low` to `high`.
 fn number_between(typed: &str, low: f32, high: f32) -> Result<f32, String> {
     match typed.parse::<f32>() {
@@ -157,6 +173,8 @@ mod tests {
         assert_eq!(shard("auto"), Ok(ShardFlag::Auto(None)));
         assert_eq!(duration("1.5h"), Ok(Duration::from_secs(5400)));
         assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        assert_eq!(bytes("1.5GB"), Ok(1_500_000_000));
+        assert_eq!(bytes("0"), Ok(0));
         assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
         assert_eq!(exposure("-1.5"), Ok(-1.5));
         assert_eq!(threshold("inf"), Ok(f64::INFINITY));
@@ -178,6 +196,9 @@ mod tests {
         }
         for bad in ["", "3", "3/", "/8", "3/0", "auto/0", "auto/x", "a/8"] {
             assert!(shard(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "GB", "-1", "1TB", "1e30"] {
+            assert!(bytes(bad).is_err(), "{bad}");
         }
         for bad in ["", "s", "-1s", "5 days", "1e300h", "nan"] {
             assert!(duration(bad).is_err(), "{bad}");

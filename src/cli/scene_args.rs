@@ -64,7 +64,7 @@ const SETTINGS: &str = "Settings (before what the scene file says)";
 
 impl SceneArgs {
     /// What the flags set, in the order in which they apply.
-    fn overrides(&self) -> Vec<Override> {
+    pub(super) fn overrides(&self) -> Vec<Override> {
         let named = [
             ("settings.preset", self.preset.map(name)),
             ("settings.spp", self.spp.map(|n| n.to_string())),

@@ -11,6 +11,7 @@ mod keeper;
 mod merge;
 mod scheduler;
 mod shard;
+pub mod submit;
 
 pub use file::{Checkpoint, CheckpointError, Summary};
 pub use header::{Header, Identity, Part};

@@ -19,7 +19,7 @@ pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
 pub use light::{EmitterHit, Environment, Light, LightSample, Lights, Receiver};
-pub use load::{Format, Location, Override, SceneError, load, load_str};
+pub use load::{Format, GeometryCache, Location, Override, SceneError, load, load_str, load_with};
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
 pub use preset::Preset;

@@ -1,7 +1,7 @@
 //! The hash of all that makes a picture what it is.
 
-use super::SceneError;
 use super::tree::{Node, Value};
+use super::{GeometryCache, SceneError};
 use crate::scene::Settings;
 use blake3::Hasher;
 use std::path::PathBuf;
@@ -10,17 +10,18 @@ use std::path::PathBuf;
 ///
 /// The number of samples is left out: films of one scene with different numbers can be merged. How the document is
 /// written (order of keys, comments, TOML or JSON, `2` or `2.0`) does not count either.
-pub(super) fn of(root: &Node, settings: &Settings, files: &[PathBuf]) -> Result<String, SceneError> {
+pub(super) fn of(
+    root: &Node,
+    settings: &Settings,
+    files: &[PathBuf],
+    cache: &mut GeometryCache,
+) -> Result<String, SceneError> {
     let mut hasher = Hasher::new();
     add_value(&mut hasher, &root.value, true);
     add_bytes(&mut hasher, b'=', Settings { spp: 1, ..settings.clone() }.to_string().as_bytes());
     for path in files {
-        let content = std::fs::File::open(path).and_then(|file| {
-            let mut content = Hasher::new();
-            content.update_reader(file)?;
-            Ok(content.finalize())
-        });
-        let content = content.map_err(|source| SceneError::Read { path: path.clone(), source })?;
+        let content =
+            cache.hash_of(path).map_err(|source| SceneError::Read { path: path.clone(), source })?;
         add_bytes(&mut hasher, b'@', content.as_bytes());
     }
     Ok(hasher.finalize().to_hex().to_string())

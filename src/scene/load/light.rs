@@ -56,7 +56,7 @@ pub(super) fn build(
     world: &World,
     (shapes, geometries): (&[Shape], &mut [Geometry]),
     materials: &[Material],
-    notes: &mut Notes,
+    notes: &mut Notes<'_>,
 ) -> Result<Lights, SceneError> {
     let mut lights = vec![];
     for (i, light) in desc.lights.iter().enumerate() {
@@ -124,7 +124,11 @@ fn parallelogram(mesh: &TriangleMesh) -> Option<[Vec3; 3]> {
     }
 }
 
-fn environment(desc: &EnvironmentDesc, at: &At<'_>, notes: &mut Notes) -> Result<Environment, SceneError> {
+fn environment(
+    desc: &EnvironmentDesc,
+    at: &At<'_>,
+    notes: &mut Notes<'_>,
+) -> Result<Environment, SceneError> {
     match desc {
         EnvironmentDesc::Constant(desc) => Ok(Environment::constant(at.rgb("radiance", desc.radiance)?)),
         EnvironmentDesc::Gradient(desc) => gradient(desc, at),
@@ -186,7 +190,7 @@ fn studio(desc: &StudioDesc, at: &At<'_>) -> Result<Environment, SceneError> {
     Ok(Environment::studio(background, lamps))
 }
 
-fn image(desc: &ImageDesc, at: &At<'_>, notes: &mut Notes) -> Result<Environment, SceneError> {
+fn image(desc: &ImageDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Environment, SceneError> {
     let scale = at.non_negative("scale", desc.scale)? as f32;
     let rotate_deg = at.finite("rotate_deg", desc.rotate_deg)? as f32;
     let path = notes.path_of(&desc.file);

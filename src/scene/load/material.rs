@@ -93,7 +93,7 @@ impl<'a> MaterialTable<'a> {
         source: &Source,
         world: &World,
         horizon: Horizon,
-        notes: &mut Notes,
+        notes: &mut Notes<'_>,
     ) -> Result<Vec<Material>, SceneError> {
         let mut materials = Vec::with_capacity(self.entries.len());
         for (name, origin) in self.entries {
@@ -153,7 +153,7 @@ fn described(name: String, desc: &MaterialDesc, context: &Context<'_>) -> Result
 }
 
 /// A material of an MTL file: `Kd` diffuse, `Ks` and `Ns` glossy, `Ka` ambient, `Ke` emitted.
-fn from_mtl(mtl: ObjMaterial, horizon: Horizon, notes: &mut Notes) -> Material {
+fn from_mtl(mtl: ObjMaterial, horizon: Horizon, notes: &mut Notes<'_>) -> Material {
     let texture = |rgb: Option<[f32; 3]>| rgb.map(Rgb::from).filter(|c| !c.is_black()).map(Texture::Constant);
     let specular = match texture(mtl.specular) {
         None => Specular::None,
@@ -180,7 +180,7 @@ fn from_mtl(mtl: ObjMaterial, horizon: Horizon, notes: &mut Notes) -> Material {
 }
 
 /// Says so if a material reflects more light than arrives.
-fn warn_of_excess(material: &Material, notes: &mut Notes) {
+fn warn_of_excess(material: &Material, notes: &mut Notes<'_>) {
     let diffuse = material.diffuse.map_or(Rgb::BLACK, |t| t.brightest());
     let specular = match material.specular {
         Specular::None => Rgb::BLACK,

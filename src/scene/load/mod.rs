@@ -4,6 +4,7 @@
 //! (`de`, [`desc`](super::desc)), then shapes in the scene's own coordinates (`shape`), the unit world around them,
 //! and in it everything else. What is wrong is said with its place in the file (`error`, `source`).
 
+mod cache;
 mod camera;
 mod de;
 mod error;
@@ -20,6 +21,7 @@ mod surface;
 mod transform;
 mod tree;
 
+pub use cache::GeometryCache;
 pub use error::{Location, SceneError};
 pub use overrides::Override;
 pub use source::Format;
@@ -37,10 +39,23 @@ use std::path::{Path, PathBuf};
 /// If a file is missing or malformed, or a value is out of its range; the message says which, where and what would
 /// mend it.
 pub fn load(path: &Path, overrides: &[Override]) -> Result<Scene, SceneError> {
+    load_with(path, overrides, &mut GeometryCache::new(0))
+}
+
+/// [`load`] for one of several scenes: geometry that the cache has is not read again, and shapes that are the same as
+/// those of a scene before are the same pointers.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(
+    path: &Path,
+    overrides: &[Override],
+    cache: &mut GeometryCache,
+) -> Result<Scene, SceneError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
     let source = Source::new(path, text, Format::of(path), overrides)?;
-    build(&source, path.parent().unwrap_or(Path::new("")))
+    build(&source, path.parent().unwrap_or(Path::new("")), cache)
 }
 
 /// The same of a text; files that it names are sought in `base_dir`, and messages call it `<scene>`.
@@ -53,11 +68,14 @@ pub fn load_str(
     base_dir: &Path,
     overrides: &[Override],
 ) -> Result<Scene, SceneError> {
-    build(&Source::new(Path::new("<scene>"), text.to_owned(), format, overrides)?, base_dir)
+    let source = Source::new(Path::new("<scene>"), text.to_owned(), format, overrides)?;
+    build(&source, base_dir, &mut GeometryCache::new(0))
 }
 
 /// What is found on the way besides the scene itself.
-struct Notes {
+struct Notes<'a> {
+    /// What scenes before have left.
+    cache: &'a mut GeometryCache,
     /// Where relative paths begin.
     base_dir: PathBuf,
     /// Every file that the scene names, in the order in which they were read.
@@ -66,17 +84,17 @@ struct Notes {
     warnings: Vec<String>,
 }
 
-impl Notes {
+impl Notes<'_> {
     /// The full path of a file that the scene names.
     fn path_of(&self, file: &Path) -> PathBuf {
         self.base_dir.join(file)
     }
 }
 
-fn build(source: &Source, base_dir: &Path) -> Result<Scene, SceneError> {
+fn build(source: &Source, base_dir: &Path, cache: &mut GeometryCache) -> Result<Scene, SceneError> {
     let desc = source.description()?;
     let settings = settings::checked(&desc.settings, source)?;
-    let mut notes = Notes { base_dir: base_dir.to_owned(), files: vec![], warnings: vec![] };
+    let mut notes = Notes { cache, base_dir: base_dir.to_owned(), files: vec![], warnings: vec![] };
 
     // Shapes as they are, in f64, and what they are made of by index.
     let mut materials = MaterialTable::new(&desc);
@@ -103,7 +121,7 @@ fn build(source: &Source, base_dir: &Path) -> Result<Scene, SceneError> {
         Some(ambient) => source.at("ambient").radiance(ambient)?,
         None => Rgb::BLACK,
     };
-    let hash = hash::of(source.root(), &settings, &notes.files)?;
+    let hash = hash::of(source.root(), &settings, &notes.files, notes.cache)?;
     let warnings = notes.warnings;
     Ok(Scene { camera, shapes, geometries, materials, lights, ambient, world, settings, warnings, hash })
 }

@@ -21,7 +21,7 @@ pub(super) struct Part {
 
 /// What a part is made of, in its own coordinates.
 pub(super) enum Body {
-    Mesh(MeshSource),
+    Mesh(Arc<MeshSource>),
     /// Centres and radii.
     Spheres(Vec<(DVec3, f64)>),
     /// A plane whose size follows from the rest of the scene.
@@ -57,7 +57,7 @@ pub(super) fn place_planes(parts: &mut [Part], eye: DVec3) -> World {
         if let Body::EndlessPlane { point, normal } = part.body {
             let normal = part.transform.matrix3.inverse().transpose() * normal;
             let mesh = rings(part.transform.transform_point3(point), normal, reach);
-            (part.body, part.transform) = (Body::Mesh(mesh), DAffine3::IDENTITY);
+            (part.body, part.transform) = (Body::Mesh(Arc::new(mesh)), DAffine3::IDENTITY);
         }
     }
     World::around(min, max)
@@ -109,13 +109,13 @@ impl Part {
         source: &Source,
         world: &World,
         emits: bool,
-        notes: &mut Notes,
+        notes: &mut Notes<'_>,
     ) -> Result<Vec<Shape>, SceneError> {
         let at = source.at(&self.path);
         let to_unit = world.affine() * self.transform;
         let shape = match self.body {
             Body::Mesh(mesh) => {
-                let (mesh, dropped) = mesh.to_mesh(&to_unit).map_err(|e| at.fail(e))?;
+                let (mesh, dropped) = notes.cache.unit_mesh(&mesh, &to_unit).map_err(|e| at.fail(e))?;
                 if dropped.total() > 0 {
                     notes.warnings.push(at.warn(format!(
                         "{} triangles of `{}` were left out: {} have no area, {} are too small for the world",
@@ -125,7 +125,7 @@ impl Part {
                         dropped.too_small
                     )));
                 }
-                Shape::Mesh(Arc::new(mesh))
+                Shape::Mesh(mesh)
             }
             Body::Spheres(spheres) => {
                 let Some(scale) = uniform_scale(&to_unit) else {

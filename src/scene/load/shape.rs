@@ -1,5 +1,6 @@
 //! Shapes of the file as parts in the scene's coordinates.
 
+use super::cache::MeshKey;
 use super::material::MaterialTable;
 use super::part::{Body, Part};
 use super::source::{At, Source};
@@ -11,13 +12,14 @@ use crate::scene::desc::shape::{
 };
 use crate::scene::desc::{SceneDesc, ShapeDesc};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The parts of all shapes.
 pub(super) fn parts(
     desc: &SceneDesc,
     source: &Source,
     materials: &mut MaterialTable<'_>,
-    notes: &mut Notes,
+    notes: &mut Notes<'_>,
 ) -> Result<Vec<Part>, SceneError> {
     let mut parts = Vec::with_capacity(desc.shapes.len());
     for (i, shape) in desc.shapes.iter().enumerate() {
@@ -67,29 +69,31 @@ fn read_obj(
     at: &At<'_>,
     material: Option<u32>,
     materials: &mut MaterialTable<'_>,
-    notes: &mut Notes,
-) -> Result<Vec<(String, u32, MeshSource)>, SceneError> {
+    notes: &mut Notes<'_>,
+) -> Result<Vec<(String, u32, Arc<MeshSource>)>, SceneError> {
     let path = notes.path_of(&desc.file);
-    let file = obj::read(&path).map_err(|e| at.key("file").fail(e))?;
-    notes.files.extend(file.files);
-    notes.warnings.extend(file.warnings.into_iter().map(|w| format!("{}: {w}", path.display())));
+    let object = notes.cache.obj(&path, || obj::read(&path).map_err(|e| at.key("file").fail(e)))?;
+    let file = &object.file;
+    notes.files.extend(file.files.iter().cloned());
+    notes.warnings.extend(file.warnings.iter().map(|w| format!("{}: {w}", path.display())));
     if file.parts.is_empty() {
         notes.warnings.push(at.warn(format!("{} has no triangles", path.display())));
     }
     let of_mtl: Vec<u32> = match material {
         Some(_) => vec![],
-        None => file.materials.into_iter().map(|m| materials.add_mtl(m)).collect(),
+        None => file.materials.iter().map(|m| materials.add_mtl(m.clone())).collect(),
     };
     let mut models = Vec::with_capacity(file.parts.len());
-    for part in file.parts {
+    for (part, mesh) in file.parts.iter().zip(&object.meshes) {
         let of_part = part.material.and_then(|i| of_mtl.get(i).copied());
-        models.push((part.name, material.or(of_part).unwrap_or_else(|| materials.grey()), part.mesh));
+        let material = material.or(of_part).unwrap_or_else(|| materials.grey());
+        models.push((part.name.clone(), material, Arc::clone(mesh)));
     }
     Ok(models)
 }
 
 /// The body of any shape but an OBJ file.
-fn body(shape: &ShapeDesc, at: &At<'_>, notes: &mut Notes) -> Result<Body, SceneError> {
+fn body(shape: &ShapeDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, SceneError> {
     match shape {
         ShapeDesc::Obj(_) => unreachable!("an OBJ file has parts of its own"),
         ShapeDesc::Ply(desc) => read_ply(desc, at, notes),
@@ -99,13 +103,13 @@ fn body(shape: &ShapeDesc, at: &At<'_>, notes: &mut Notes) -> Result<Body, Scene
         ShapeDesc::Rect(RectDesc { corner, u, v, .. }) => rectangle([*corner, *u, *v], at),
         ShapeDesc::Disk(d) => disk(d.center, d.normal, d.radius, d.segments, at),
         ShapeDesc::Plane(desc) => plane(desc, at),
-        ShapeDesc::Generated(desc) => generated(desc, at),
+        ShapeDesc::Generated(desc) => generated(desc, at, notes),
     }
 }
 
-fn read_ply(desc: &PlyDesc, at: &At<'_>, notes: &mut Notes) -> Result<Body, SceneError> {
+fn read_ply(desc: &PlyDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, SceneError> {
     let path = notes.path_of(&desc.file);
-    let mesh = ply::read(&path).map_err(|e| at.key("file").fail(e))?;
+    let mesh = notes.cache.ply(&path, || ply::read(&path).map_err(|e| at.key("file").fail(e)))?;
     notes.files.push(path);
     Ok(Body::Mesh(mesh))
 }
@@ -136,7 +140,7 @@ fn box_(desc: &BoxDesc, at: &At<'_>) -> Result<Body, SceneError> {
         let message = "the same coordinate as `min`: a box without thickness is a `rect`";
         return Err(at.key("max").fail(message));
     }
-    Ok(Body::Mesh(tessellate::box_(min, max)))
+    Ok(Body::Mesh(Arc::new(tessellate::box_(min, max))))
 }
 
 fn cylinder(desc: &CylinderDesc, at: &At<'_>) -> Result<Body, SceneError> {
@@ -145,7 +149,7 @@ fn cylinder(desc: &CylinderDesc, at: &At<'_>) -> Result<Body, SceneError> {
         return Err(at.key("top").fail("the same point as `base`: a cylinder without height is a `disk`"));
     }
     let (radius, segments) = (at.positive("radius", desc.radius)?, checked_segments(desc.segments, at)?);
-    Ok(Body::Mesh(tessellate::cylinder(base, top - base, radius, desc.caps, segments)))
+    Ok(Body::Mesh(Arc::new(tessellate::cylinder(base, top - base, radius, desc.caps, segments))))
 }
 
 /// A parallelogram from a corner and two edges.
@@ -155,7 +159,7 @@ pub(super) fn rectangle([corner, u, v]: [[f64; 3]; 3], at: &At<'_>) -> Result<Bo
     if at.direction("u", u.into())?.cross(at.direction("v", v.into())?).length() < 1e-12 {
         return Err(at.key("v").fail("parallel to `u`: the rectangle has no area"));
     }
-    Ok(Body::Mesh(tessellate::rectangle(corner, u, v)))
+    Ok(Body::Mesh(Arc::new(tessellate::rectangle(corner, u, v))))
 }
 
 /// A disk.
@@ -168,25 +172,29 @@ pub(super) fn disk(
 ) -> Result<Body, SceneError> {
     let (center, normal) = (at.vector("center", center)?, at.direction("normal", normal)?);
     let (radius, segments) = (at.positive("radius", radius)?, checked_segments(segments, at)?);
-    Ok(Body::Mesh(tessellate::disk(center, normal, radius, segments)))
+    Ok(Body::Mesh(Arc::new(tessellate::disk(center, normal, radius, segments))))
 }
 
 fn plane(desc: &PlaneDesc, at: &At<'_>) -> Result<Body, SceneError> {
     let (point, normal) = (at.vector("point", desc.point)?, at.direction("normal", desc.normal)?);
     match desc.size {
         None => Ok(Body::EndlessPlane { point, normal }),
-        Some(size) => Ok(Body::Mesh(tessellate::plane(point, normal, 0.5 * at.positive("size", size)?))),
+        Some(size) => {
+            Ok(Body::Mesh(Arc::new(tessellate::plane(point, normal, 0.5 * at.positive("size", size)?))))
+        }
     }
 }
 
-fn generated(desc: &GeneratedDesc, at: &At<'_>) -> Result<Body, SceneError> {
+fn generated(desc: &GeneratedDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, SceneError> {
     /// About what fits into memory.
     const MOST: u32 = 200_000_000;
     if !(1..=MOST).contains(&desc.triangles) {
         let message = format!("{} triangles: it must be from 1 to {MOST}", desc.triangles);
         return Err(at.key("triangles").fail(message));
     }
-    Ok(Body::Mesh(generate::generate(desc.kind.into(), desc.triangles as usize, desc.seed)))
+    let key = MeshKey::Generated(format!("{:?} {} {}", desc.kind, desc.triangles, desc.seed));
+    let make = || Ok(generate::generate(desc.kind.into(), desc.triangles as usize, desc.seed));
+    Ok(Body::Mesh(notes.cache.mesh(key, make)?))
 }
 
 fn checked_segments(segments: u32, at: &At<'_>) -> Result<u32, SceneError> {
