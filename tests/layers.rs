@@ -16,7 +16,6 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
     ("render", &["core", "film", "accel", "scene", "integrator"]),
     ("trace", WORK),
     ("farm", WORK),
-    ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     ("report", &["core", "image_io"]),
     (
         "compare",
@@ -34,6 +33,7 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
             "report",
         ],
     ),
+    ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     ("batch", WORK),
     // A sweep makes its pictures in the workshop of `batch`.
     ("sweep", &["scene", "batch"]),
