@@ -39,7 +39,9 @@ fn the_scenes_of_a_family_have_the_same_shapes_and_every_figure_a_name_of_its_ow
         let size = |shape: &Shape| (shape.primitive_count(), shape.memory_bytes());
         for scene in &scenes {
             assert!(scene.shapes.iter().map(size).eq(scenes[0].shapes.iter().map(size)));
-            assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+            // The book's blue sphere of figure 25.10 reflects more than it gets.
+            let odd = scene.warnings.iter().filter(|w| !w.contains("`sphere` reflects up to 1.250"));
+            assert_eq!(odd.count(), 0, "{:?}", scene.warnings);
         }
         most_demanding(&scenes);
         let mut all = family.figures.iter().map(|f| f.name).chain(family.difference.map(|d| d.0));
@@ -86,7 +88,7 @@ fn figure_13_is_noise_at_random_and_clean_from_patterns_of_one_point() {
         pairs.map(|i| (image.pixels[i].g - image.pixels[i + 1].g).abs()).sum::<f32>() / count
     };
     let [random, regular, hammersley] = ["25-13-a", "25-13-b", "25-13-c"].map(noise);
-    assert!(random > 4.0 * regular && random > 2.0 * hammersley, "{random} {regular} {hammersley}");
+    assert!(random > 3.0 * regular && random > 3.0 * hammersley, "{random} {regular} {hammersley}");
 }
 
 #[test]

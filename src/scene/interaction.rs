@@ -12,7 +12,7 @@ use glam::Vec3;
 pub struct SurfaceInteraction {
     /// The point, from the primitive itself and not from the ray's parameter.
     pub p: Vec3,
-    /// Bound of the error of `p` along the geometric normal.
+    /// Bound of the error of `p` along the geometric normal, above 0.
     pub p_error: f32,
     /// Directions and normals, on the viewer's side.
     pub at: Incidence,
@@ -29,6 +29,10 @@ const fn gamma(n: f32) -> f32 {
     let eps = 0.5 * f32::EPSILON;
     n * eps / (1.0 - n * eps)
 }
+
+/// Least distance that a ray starts above a surface, in the unit world: where coordinates are exact, such as on a
+/// plane through the origin, the error is 0, and a ray that starts in the plane hits its other triangles there.
+const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
 
 impl Scene {
     /// What `hit` means: the same for every backend.
@@ -67,7 +71,7 @@ impl Scene {
         let ng = if front { ng } else { -ng };
         SurfaceInteraction {
             p,
-            p_error: error,
+            p_error: error.max(LEAST_OFFSET),
             at: Incidence { wo, n: shading_normal(n, ng, wo), ng, front },
             geom_id: hit.geom_id,
             prim_id: hit.prim_id,

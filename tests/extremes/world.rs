@@ -34,7 +34,8 @@ fn knot_scene(place: Place, folder: &Path) -> String {
         kd = 0.15
         [materials.floor]
         type = "diffuse"
-        kd = {{ checker = [0.2, 0.8], size = {square}, origin = {middle} }}
+        kd = 1
+        cd = {{ checker = [0.2, 0.8], size = {square}, origin = {middle} }}
         [[shapes]]
         type = "obj"
         file = "{knot}"
