@@ -154,9 +154,16 @@ fn a_backend_that_loses_a_tenth_of_the_hits_differs_in_the_picture_too() {
     assert!(pair.answers.iter().map(|class| class.missed_by_first).sum::<u64>() > 100, "{:?}", pair.answers);
     assert_eq!(pair.explained.second, pair.explained.judged, "the second is right: {:?}", pair.explained);
     assert_eq!(pair.disagreements.len() as u64, pair.explained.all);
+}
 
-    let independent = compare(&wrong, &*bvh(), &Options { independent: true, ..OPTIONS });
-    assert_eq!(independent.pairs[0].picture.verdict, Verdict::Differs, "noise does not hide so much");
+#[test]
+fn noise_does_not_hide_a_shape_that_is_missing() {
+    // The last shape is the floor: most of the picture.
+    let floor = scene().shapes.len() as u32 - 1;
+    let spoil = move |_: &Ray, hit: Option<Hit>| hit.filter(|hit| hit.geom_id != floor);
+    let wrong = Wrong { right: bvh(), spoil };
+    let found = compare(&wrong, &*bvh(), &Options { independent: true, ..OPTIONS });
+    assert_eq!(found.pairs[0].picture.verdict, Verdict::Differs, "{:?}", found.pairs[0]);
 }
 
 #[test]

@@ -109,6 +109,7 @@ fn pictures(c: &Comparison, pair: &Pair, exposure: f32) -> String {
     let id = format!("picture-{b}");
     let heading = format!("Pictures: {b} against {a}");
     let sentence = format!("<p>{}.</p>\n", escape(&picture(pair)));
+    let numbers = noise(pair);
     // Of several backends with the same picture, one is enough to see.
     if pair.picture.verdict == Verdict::Identical && pair.second > 1 {
         return section(&id, &heading, &sentence);
@@ -143,17 +144,48 @@ fn pictures(c: &Comparison, pair: &Pair, exposure: f32) -> String {
             ramp(&format!("−{Z_REACH}"), &format!("+{Z_REACH}"))
         ),
     );
-    section(&id, &heading, &format!("{sentence}<div class=\"pictures\">\n{both}{difference}{z}</div>\n"))
+    section(&id, &heading, &format!("<div class=\"pictures\">\n{both}{difference}{z}</div>\n{numbers}"))
+}
+
+/// Numbers of the difference, and what they may be among equals.
+fn noise(pair: &Pair) -> String {
+    let p = &pair.picture;
+    let limited = |name: &str, found: String, limit: String| vec![name.to_owned(), found, limit];
+    let free = |name: &str, found: String| limited(name, found, String::new());
+    let rows = [
+        free("Pixels with the same bits", format!("{} of {}", grouped(p.equal_pixels), grouped(p.pixels))),
+        limited("Pixels with |z| beyond 3", grouped(p.outliers), format!("{:.0}", p.outliers_allowed)),
+        free("Greatest |z|", format!("{:.2}", p.z_max)),
+        limited("Bias |T| of the picture", format!("{:.2}", p.bias), format!("{:.2}", p.bias_allowed)),
+        limited(
+            "Bias |T| of a block",
+            format!("{:.2}", p.block_bias),
+            format!("{:.2}", p.block_bias_allowed),
+        ),
+        free("RMSE", format!("{:.2e}", p.rmse)),
+        free("Greatest difference", format!("{:.2e}", p.max)),
+        free("Mean difference", format!("{:+.2e}", p.mean)),
+        free("FLIP", format!("{:.5}", p.flip)),
+    ];
+    let head = ["", "Found", "Equals have at most"].map(String::from);
+    table("How the pictures differ", &head, &rows)
 }
 
 /// Standard errors at which the map of z has its full colour.
 const Z_REACH: f32 = 5.0;
 
+/// Differences far below these are roundings that should not look like more.
+const LEAST_REACH: f32 = 1e-4;
+
 /// The difference that has the full colour: all but one in a thousand of those that are not zero lie within it.
 fn reach_of(difference: &[f32]) -> f32 {
     let mut sizes: Vec<f32> = difference.iter().map(|d| d.abs()).filter(|d| *d > 0.0).collect();
     sizes.sort_by(f32::total_cmp);
-    sizes.get(sizes.len().saturating_sub(1 + sizes.len() / 1000)).copied().unwrap_or(1e-6).max(1e-6)
+    sizes
+        .get(sizes.len().saturating_sub(1 + sizes.len() / 1000))
+        .copied()
+        .unwrap_or(LEAST_REACH)
+        .max(LEAST_REACH)
 }
 
 /// Which colour is which backend.
@@ -219,7 +251,7 @@ fn answers(c: &Comparison, pair: &Pair) -> String {
         format!("Missed by {a}"),
         format!("Missed by {b}"),
         "Other primitive".into(),
-        format!("Distance apart by more than {:.0e}", c.tolerance),
+        format!("Distance (by > {:.0e})", c.tolerance),
     ]);
     let rows = pair.answers.iter().map(|class| {
         let numbers = [
@@ -311,6 +343,6 @@ mod tests {
         assert_eq!(percent(99.999_9), "99.99");
         assert_eq!(percent(100.0), "100");
         assert_eq!(reach_of(&[0.0, -3.0, 1.0]), 3.0);
-        assert_eq!(reach_of(&[0.0]), 1e-6);
+        assert_eq!(reach_of(&[0.0]), LEAST_REACH);
     }
 }

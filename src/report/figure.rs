@@ -26,9 +26,15 @@ pub fn figure(picture: &Raster, alt: &str, caption: &str) -> String {
 pub fn slider(pictures: [&Raster; 2], names: [&str; 2], caption: &str) -> String {
     let [under, over] = [0, 1].map(|i| img(pictures[i], ["under", "over"][i], names[i]));
     let [left, right] = names.map(escape);
+    // On a narrow screen only the first word has room.
+    let tag = |name: &str| match name.split_once(' ') {
+        Some((first, rest)) => format!("{} <small>{}</small>", escape(first), escape(rest)),
+        None => escape(name),
+    };
+    let [left_tag, right_tag] = names.map(tag);
     format!(
         "<figure class=\"ab\">\n<div class=\"stack\">{under}{over}<span class=\"edge\" aria-hidden=\"true\"></span>\
-         <span class=\"tag left\">{left}</span><span class=\"tag right\">{right}</span>\
+         <span class=\"tag left\">{left_tag}</span><span class=\"tag right\">{right_tag}</span>\
          <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"1\" \
          aria-label=\"Percentage of the width that shows {left}; the rest shows {right}\"></div>\n\
          <figcaption>{caption}</figcaption>\n</figure>\n"
