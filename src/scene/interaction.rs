@@ -97,13 +97,15 @@ fn shading_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
         return ng;
     }
     // r . ng > 0 with r = 2 (n . wo) n - wo.
-    if 2.0 * cos_o * n.dot(ng) > wo.dot(ng) {
+    let leaves = |n: Vec3| 2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng);
+    if leaves(n) {
         return n;
     }
-    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng.
+    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng; not
+    // where the two are so nearly opposite that nothing but rounding is left of their sum.
     let r = 2.0 * cos_o * n - wo;
     let lifted = (r - ng * (r.dot(ng) - 0.01 * wo.dot(ng).max(1e-4))).try_normalize();
-    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0).unwrap_or(ng)
+    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0 && leaves(*n)).unwrap_or(ng)
 }
 
 impl SurfaceInteraction {
