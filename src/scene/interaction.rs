@@ -92,18 +92,20 @@ fn unit_normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
 #[inline]
 fn shading_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
     let n = if n.dot(ng) < 0.0 { -n } else { n };
-    if n.dot(wo) <= 0.0 {
+    let cos_o = n.dot(wo);
+    if cos_o <= 0.0 {
         return ng;
     }
     // r . ng > 0 with r = 2 (n . wo) n - wo.
-    let leaves = |n: &Vec3| n.dot(wo) > 0.0 && 2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng);
-    if leaves(&n) {
+    let leaves = |n: Vec3| 2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng);
+    if leaves(n) {
         return n;
     }
-    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng.
-    let r = 2.0 * n.dot(wo) * n - wo;
+    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng; not
+    // where the two are so nearly opposite that nothing but rounding is left of their sum.
+    let r = 2.0 * cos_o * n - wo;
     let lifted = (r - ng * (r.dot(ng) - 0.01 * wo.dot(ng).max(1e-4))).try_normalize();
-    lifted.and_then(|r| (wo + r).try_normalize()).filter(leaves).unwrap_or(ng)
+    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0 && leaves(*n)).unwrap_or(ng)
 }
 
 impl SurfaceInteraction {

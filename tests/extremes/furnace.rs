@@ -27,7 +27,10 @@ fn a_plate_under_a_white_sky_is_white_for_every_exponent_at_every_incidence() {
                 let outcome = picture_on(&lobe, backend, &RenderOptions::default());
                 let (least, most) = extremes(&outcome.film);
                 assert!((least - 1.0).abs() < 2e-6 && (most - 1.0).abs() < 2e-6, "{what}: {least}, {most}");
-                assert_eq!(outcome.tally.class(RayClass::Glossy).rays, 4 * 256, "{what}: the plate is hit");
+                // Nearly level, some directions round to the other side of the horizon.
+                let hits = outcome.tally.class(RayClass::Glossy).rays;
+                let expected = if degrees < 89.999 { 1024..=1024 } else { 512..=1024 };
+                assert!(expected.contains(&hits), "{what}: {hits} rays hit the plate");
                 // With light sampling beside it the mean has noise.
                 assert_mean(&picture_on(&scene(&text), backend, &RenderOptions::default()).film, 1.0, &what);
             }
