@@ -6,15 +6,18 @@
 //! test is the same arithmetic on every path and instruction set, and boxes are tested with room for its rounding,
 //! so an answer does not depend on the order of traversal, the batch or the machine.
 
+mod batch;
 mod binning;
 mod builder;
 mod data;
 mod emit;
+mod packet;
 mod ray;
 mod simd;
 mod single;
 mod sphere;
 mod splits;
+mod stream;
 mod triangle;
 
 pub use simd::Isa;
@@ -22,9 +25,9 @@ pub use simd::Isa;
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
+use batch::{Any, Closest, Grouping};
 use data::{Child, Hierarchy};
-use ray::{Best, Prepared};
-use simd::{Available, Kernel, Simd};
+use simd::Available;
 use std::time::Instant;
 
 /// The hierarchy.
@@ -70,6 +73,10 @@ impl Bvh {
     pub fn with_single_rays(self) -> Self {
         Self { single_rays: true, ..self }
     }
+
+    fn grouping(&self, coherence: Coherence) -> Grouping {
+        if self.single_rays { Grouping::Single } else { Grouping::Groups(coherence) }
+    }
 }
 
 /// Runs a build on so many threads; 0 for all that there are.
@@ -84,60 +91,15 @@ fn in_pool<T: Send>(threads: usize, build: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// Closest hits, one ray after the other.
-struct ClosestSingle<'a> {
-    data: &'a Hierarchy,
-    rays: &'a [Ray],
-    hits: &'a mut [Option<Hit>],
-}
-
-impl Kernel for ClosestSingle<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let mut stack = single::Stack::new();
-        for (ray, hit) in self.rays.iter().zip(self.hits) {
-            *hit = None;
-            let Some(ray) = Prepared::new(ray) else { continue };
-            let none = Best::none(ray.t_max);
-            let best = single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, none);
-            if best.is_hit() {
-                *hit = Some(best.hit(&ray));
-            }
-        }
-    }
-}
-
-/// Any hits, one ray after the other.
-struct AnySingle<'a> {
-    data: &'a Hierarchy,
-    rays: &'a [Ray],
-    occluded: &'a mut [bool],
-}
-
-impl Kernel for AnySingle<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let mut stack = single::Stack::new();
-        for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            *occluded = Prepared::new(ray).is_some_and(|ray| {
-                let none = Best::none(ray.t_max);
-                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, none).is_hit()
-            });
-        }
-    }
-}
-
 impl Accelerator for Bvh {
-    fn intersect(&self, rays: &[Ray], _: Coherence, hits: &mut [Option<Hit>]) {
+    fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        self.isa.run(ClosestSingle { data: &self.data, rays, hits });
+        self.isa.run(Closest { data: &self.data, grouping: self.grouping(coherence), rays, hits });
     }
 
-    fn occluded(&self, rays: &[Ray], _: Coherence, occluded: &mut [bool]) {
+    fn occluded(&self, rays: &[Ray], coherence: Coherence, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        self.isa.run(AnySingle { data: &self.data, rays, occluded });
+        self.isa.run(Any { data: &self.data, grouping: self.grouping(coherence), rays, occluded });
     }
 
     fn info(&self) -> AccelInfo {

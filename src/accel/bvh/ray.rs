@@ -1,6 +1,6 @@
 //! What a ray is turned into once, before it meets any box or primitive.
 
-use super::data::{BLOCK, NO_ID};
+use super::data::NO_ID;
 use crate::core::{Hit, Ray, Skip};
 use glam::{Vec3, Vec3A};
 
@@ -13,8 +13,8 @@ pub(super) const EXIT_INFLATION: f32 = 1.0 + 16.0 * f32::EPSILON;
 pub(super) const CULL_INFLATION: f32 = 1.0 + 1e-5;
 
 /// Directions outside these lengths are scaled by a power of two first.
-const LEAST_LENGTH: f32 = 1e-6;
-const GREATEST_LENGTH: f32 = 1e6;
+pub(super) const LEAST_LENGTH: f32 = 1e-6;
+pub(super) const GREATEST_LENGTH: f32 = 1e6;
 
 /// A ray in the form that the inner loops read.
 ///
@@ -30,6 +30,8 @@ pub(super) struct Prepared {
     pub(super) shear: [f32; 3],
     /// `-1 / dir`, by axis.
     pub(super) neg_rcp: [f32; 3],
+    /// The same with [`EXIT_INFLATION`].
+    pub(super) neg_rcp_far: [f32; 3],
     /// 1 where the direction is negative: which plane of a slab comes first.
     pub(super) sign: [usize; 3],
     pub(super) t_min: f32,
@@ -61,6 +63,7 @@ impl Prepared {
         let neg_rcp = -1.0 / dir;
         let signs = neg_rcp.cmpgt(Vec3A::ZERO).bitmask() as usize;
 
+        let neg_rcp_far = (EXIT_INFLATION * neg_rcp).to_array();
         let (dir, neg_rcp) = (dir.to_array(), neg_rcp.to_array());
         let axes = AXES[fastest_axis(dir)];
         let z = -neg_rcp[axes[2]];
@@ -69,6 +72,7 @@ impl Prepared {
             axes,
             shear: [dir[axes[0]] * z, dir[axes[1]] * z, z],
             neg_rcp,
+            neg_rcp_far,
             sign: [signs & 1, signs >> 1 & 1, signs >> 2 & 1],
             t_min: ray.t_min * t_scale,
             t_max: ray.t_max * t_scale,
@@ -94,7 +98,7 @@ impl Prepared {
 }
 
 /// Axes of the shear for each fastest axis.
-const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Index of the greatest component, without branches: incoherent rays would mispredict them.
 #[inline(always)]
@@ -117,17 +121,16 @@ pub(super) struct Best {
     pub(super) t: f32,
     pub(super) geom_id: u32,
     pub(super) prim_id: u32,
-    /// Which of the block's triangles it is, and the block's edge functions and their sums: the barycentrics are
-    /// divided out for the one hit that remains.
-    pub(super) lane: usize,
-    pub(super) weights: [[f32; BLOCK]; 3],
+    /// Edge functions of the second and third corner, and the sum of all: the barycentrics are divided out for the
+    /// one hit that remains.
+    pub(super) weights: [f32; 3],
 }
 
 impl Best {
     /// Nothing yet, before `t_max`.
     #[inline(always)]
     pub(super) fn none(t_max: f32) -> Self {
-        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, lane: 0, weights: [[0.0; BLOCK]; 3] }
+        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, weights: [0.0, 0.0, 1.0] }
     }
 
     /// Whether anything was hit.
@@ -136,16 +139,14 @@ impl Best {
         self.geom_id != NO_ID
     }
 
-    /// Whether a hit is nearer, or as near with smaller ids: a total order, so no path can disagree.
+    /// The hit as callers know it, if there is one.
     #[inline(always)]
-    pub(super) fn loses_to(&self, t: f32, geom_id: u32, prim_id: u32) -> bool {
-        t < self.t || (t == self.t && (geom_id, prim_id) < (self.geom_id, self.prim_id))
-    }
-
-    /// The hit as callers know it.
-    #[inline(always)]
-    pub(super) fn hit(&self, ray: &Prepared) -> Hit {
-        let [v, w, det] = self.weights.map(|lanes| lanes[self.lane % BLOCK]);
-        Hit { t: self.t / ray.t_scale, u: v / det, v: w / det, geom_id: self.geom_id, prim_id: self.prim_id }
+    pub(super) fn hit(&self, ray: &Prepared) -> Option<Hit> {
+        if !self.is_hit() {
+            return None;
+        }
+        let [v, w, det] = self.weights;
+        let t = self.t / ray.t_scale;
+        Some(Hit { t, u: v / det, v: w / det, geom_id: self.geom_id, prim_id: self.prim_id })
     }
 }

@@ -1,7 +1,7 @@
 //! One ray at a time: depth first, nearest child first, hit children prefetched while they are being sorted.
 
 use super::data::{Child, Hierarchy, Node, TriangleBlock};
-use super::ray::{Best, CULL_INFLATION, EXIT_INFLATION, Prepared};
+use super::ray::{Best, CULL_INFLATION, Prepared};
 use super::simd::{Lanes, Mask, Simd};
 use super::{sphere, triangle};
 
@@ -38,7 +38,6 @@ fn entry(distance: f32, child: Child) -> u64 {
 pub(super) struct Slabs<F> {
     origin: [F; 3],
     neg_rcp: [F; 3],
-    /// With [`EXIT_INFLATION`] in it.
     neg_rcp_far: [F; 3],
     t_min: F,
 }
@@ -48,12 +47,11 @@ impl<F: Lanes<8>> Slabs<F> {
     pub(super) fn new<S: Simd<F8 = F>>(simd: S, ray: &Prepared) -> Self {
         let [ox, oy, oz] = ray.origin;
         let [rx, ry, rz] = ray.neg_rcp;
-        let [x, y, z] = [simd.splat8(rx), simd.splat8(ry), simd.splat8(rz)];
-        let inflation = simd.splat8(EXIT_INFLATION);
+        let [fx, fy, fz] = ray.neg_rcp_far;
         Self {
             origin: [simd.splat8(ox), simd.splat8(oy), simd.splat8(oz)],
-            neg_rcp: [x, y, z],
-            neg_rcp_far: [x * inflation, y * inflation, z * inflation],
+            neg_rcp: [simd.splat8(rx), simd.splat8(ry), simd.splat8(rz)],
+            neg_rcp_far: [simd.splat8(fx), simd.splat8(fy), simd.splat8(fz)],
             t_min: simd.splat8(ray.t_min),
         }
     }
@@ -69,7 +67,7 @@ impl<F: Lanes<8>> Slabs<F> {
         ray: &Prepared,
         node: &Node,
         t_max: f32,
-    ) -> (F, u32) {
+    ) -> (F, F::Mask) {
         let [x, y, z] = &node.planes;
         let [sx, sy, sz] = ray.sign;
         let near_x = (self.origin[0] - simd.load8(&x[sx & 1])) * self.neg_rcp[0];
@@ -80,7 +78,7 @@ impl<F: Lanes<8>> Slabs<F> {
         let far_z = (self.origin[2] - simd.load8(&z[sz & 1 ^ 1])) * self.neg_rcp_far[2];
         let near = near_x.max(near_y).max(near_z.max(self.t_min));
         let far = far_x.min(far_y).min(far_z.min(simd.splat8(t_max)));
-        (near, near.le(far).bits())
+        (near, near.le(far))
     }
 }
 
@@ -102,7 +100,8 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     loop {
         'descend: while !current.is_leaf() {
             let node = &data.nodes[current.index()];
-            let (near, mut mask) = slabs.enter(simd, ray, node, limit);
+            let (near, enters) = slabs.enter(simd, ray, node, limit);
+            let mask = enters.bits();
             if mask == 0 {
                 match pop::<ANY>(stack, &mut top, limit) {
                     Some(child) => current = child,
@@ -110,46 +109,13 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
                 }
                 continue 'descend;
             }
-            let lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            current = node.children[lane & 7];
-            if mask == 0 {
-                continue 'descend;
+            if mask & (mask - 1) == 0 {
+                current = node.children[mask.trailing_zeros() as usize & 7];
+            } else if ANY {
+                current = push_unsorted(simd, data, node, mask, stack, &mut top);
+            } else {
+                current = push_sorted(simd, data, node, near, mask, stack, &mut top);
             }
-            if ANY {
-                prefetch(simd, data, current);
-                while mask != 0 {
-                    let child = node.children[mask.trailing_zeros() as usize & 7];
-                    mask &= mask - 1;
-                    prefetch(simd, data, child);
-                    stack.put(top, entry(0.0, child));
-                    top += 1;
-                }
-                continue 'descend;
-            }
-
-            // The nearest goes on in a register; the others are sorted into the stack, the farthest deepest.
-            let distances = near.to_array();
-            prefetch(simd, data, current);
-            let first = entry(distances[lane & 7], current);
-            let second = next(simd, data, node, &distances, &mut mask);
-            let mut nearest = first.min(second);
-            let bottom = top;
-            stack.put(top, first.max(second));
-            top += 1;
-            while mask != 0 {
-                let other = next(simd, data, node, &distances, &mut mask);
-                let waiting = nearest.max(other);
-                nearest = nearest.min(other);
-                let mut slot = top;
-                while slot > bottom && stack.at(slot - 1) < waiting {
-                    stack.put(slot, stack.at(slot - 1));
-                    slot -= 1;
-                }
-                stack.put(slot, waiting);
-                top += 1;
-            }
-            current = Child(nearest as u32);
         }
 
         best = intersect_leaf::<S, ANY>(simd, data, ray, &shear, current, best);
@@ -164,19 +130,75 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     }
 }
 
-/// The entry of the next child in the mask, whose memory it asks for.
+/// The nearest of two or more children; the others go on the stack, the farthest deepest. All are prefetched while
+/// they are being sorted.
 #[inline(always)]
-fn next<S: Simd>(simd: S, data: &Hierarchy, node: &Node, distances: &[f32; 8], mask: &mut u32) -> u64 {
+pub(super) fn push_sorted<S: Simd>(
+    simd: S,
+    data: &Hierarchy,
+    node: &Node,
+    near: S::F8,
+    mut mask: u32,
+    stack: &mut Stack,
+    top: &mut usize,
+) -> Child {
+    let distances = near.to_array();
+    let (lane, first) = next(simd, data, node, &mut mask);
+    let first = entry(distances[lane], first);
+    let (lane, second) = next(simd, data, node, &mut mask);
+    let second = entry(distances[lane], second);
+    let mut nearest = first.min(second);
+    let bottom = *top;
+    stack.put(*top, first.max(second));
+    *top += 1;
+    while mask != 0 {
+        let (lane, other) = next(simd, data, node, &mut mask);
+        let other = entry(distances[lane], other);
+        let waiting = nearest.max(other);
+        nearest = nearest.min(other);
+        let mut slot = *top;
+        while slot > bottom && stack.at(slot - 1) < waiting {
+            stack.put(slot, stack.at(slot - 1));
+            slot -= 1;
+        }
+        stack.put(slot, waiting);
+        *top += 1;
+    }
+    Child(nearest as u32)
+}
+
+/// The first child; the others go on the stack as they come.
+#[inline(always)]
+fn push_unsorted<S: Simd>(
+    simd: S,
+    data: &Hierarchy,
+    node: &Node,
+    mut mask: u32,
+    stack: &mut Stack,
+    top: &mut usize,
+) -> Child {
+    let (_, first) = next(simd, data, node, &mut mask);
+    while mask != 0 {
+        let (_, child) = next(simd, data, node, &mut mask);
+        stack.put(*top, entry(0.0, child));
+        *top += 1;
+    }
+    first
+}
+
+/// Lane of the next child in the mask, and the child, whose memory is asked for.
+#[inline(always)]
+fn next<S: Simd>(simd: S, data: &Hierarchy, node: &Node, mask: &mut u32) -> (usize, Child) {
     let lane = mask.trailing_zeros() as usize & 7;
     *mask &= *mask - 1;
     let child = node.children[lane];
     prefetch(simd, data, child);
-    entry(distances[lane], child)
+    (lane, child)
 }
 
 /// The next waiting child that begins before `limit`.
 #[inline(always)]
-fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Child> {
+pub(super) fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Child> {
     while *top > 0 {
         *top -= 1;
         let entry = stack.at(*top);
@@ -217,18 +239,19 @@ pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
         if crossing.inside.bits() == 0 {
             continue;
         }
-        let (t_min, t_max) = (simd.splat4(ray.t_min), simd.splat4(best.t));
-        let corners = triangle::load_block(simd, ray.axes, block);
-        let Some((t, valid, edge_on)) = triangle::hits(shear, &corners, &crossing, t_min, t_max) else {
-            continue;
-        };
-        if let Some(better) = best_lane(ray, block, &t.to_array(), valid, &best) {
-            best = better;
+        let mut t = crossing.distance(shear);
+        if block.any_flat {
+            t = with_flat_distances(simd, ray, shear, &crossing, block, t);
+        }
+        let hits = crossing.hits(t, simd.splat4(ray.t_min), simd.splat4(best.t));
+        if let Some((lane, nearest)) = best_lane(ray, block, &t.to_array(), hits, &best) {
+            best = nearest;
             if ANY {
                 return best;
             }
-            best.weights = [crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()];
+            best.weights = [crossing.v, crossing.w, crossing.det].map(|lanes| lanes.to_array()[lane]);
         }
+        let edge_on = crossing.edge_on();
         if edge_on != 0 {
             best = edge_on_lanes(ray, block, edge_on, best);
         }
@@ -236,24 +259,52 @@ pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
     best
 }
 
-/// The best of the valid lanes, if it is better than `best`.
+/// Distances with those of the flat triangles replaced.
+#[inline(always)]
+fn with_flat_distances<S: Simd>(
+    simd: S,
+    ray: &Prepared,
+    shear: &triangle::Shear<S::F4>,
+    crossing: &triangle::Crossing<S::F4, <S::F4 as Lanes<4>>::Mask>,
+    block: &TriangleBlock,
+    t: S::F4,
+) -> S::F4 {
+    let (mut origin, mut plane, mut neg_rcp) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    for (lane, &axis) in block.flat_axes.iter().enumerate() {
+        let axis = usize::from(axis);
+        if axis < 3 {
+            (origin[lane], neg_rcp[lane]) = (ray.origin[axis], ray.neg_rcp[axis]);
+            plane[lane] = block.corners[0][axis][lane];
+        }
+    }
+    let flat = crossing.flat_distance(shear, simd.load4(&origin), simd.load4(&plane), simd.load4(&neg_rcp));
+    let (mut t, flat) = (t.to_array(), flat.to_array());
+    for (lane, &axis) in block.flat_axes.iter().enumerate() {
+        if usize::from(axis) < 3 {
+            t[lane] = flat[lane];
+        }
+    }
+    simd.load4(&t)
+}
+
+/// The best of the lanes that hit, if it is better than `best`.
 #[inline(always)]
 fn best_lane(
     ray: &Prepared,
     block: &TriangleBlock,
     t: &[f32; 4],
-    mut lanes: u32,
+    mut hits: u32,
     best: &Best,
-) -> Option<Best> {
+) -> Option<(usize, Best)> {
     let mut better = None;
     let (mut best_t, mut best_ids) = (best.t, (best.geom_id, best.prim_id));
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & 3;
-        lanes &= lanes - 1;
+    while hits != 0 {
+        let lane = hits.trailing_zeros() as usize & 3;
+        hits &= hits - 1;
         let (t, ids) = (t[lane], (block.geom_ids[lane], block.prim_ids[lane]));
         if (t < best_t || t == best_t && ids < best_ids) && !ray.skip.rejects(ids.0, ids.1) {
             (best_t, best_ids) = (t, ids);
-            better = Some(Best { t, geom_id: ids.0, prim_id: ids.1, lane, ..*best });
+            better = Some((lane, Best { t, geom_id: ids.0, prim_id: ids.1, ..*best }));
         }
     }
     better
@@ -267,9 +318,9 @@ pub(super) fn edge_on_lanes(ray: &Prepared, block: &TriangleBlock, lanes: u32, m
         if let Some((t, v, w)) = triangle::solve_edge_on(ray, block, lane)
             && t >= ray.t_min
             && t <= best.t
-            && let Some(better) = best_lane(ray, block, &[t; 4], 1 << lane, &best)
+            && let Some((_, better)) = best_lane(ray, block, &[t; 4], 1 << lane, &best)
         {
-            best = Best { weights: [[v; 4], [w; 4], [1.0; 4]], ..better };
+            best = Best { weights: [v, w, 1.0], ..better };
         }
     }
     best

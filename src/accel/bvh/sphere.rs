@@ -37,15 +37,9 @@ pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], mut best: B
             let sphere = block.spheres[lane];
             if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
                 && !ray.skip.rejects(geom_id, prim_id)
-                && best.loses_to(t, geom_id, prim_id)
+                && (t < best.t || (geom_id, prim_id) < (best.geom_id, best.prim_id))
             {
-                best = Best {
-                    t,
-                    geom_id,
-                    prim_id,
-                    lane: 0,
-                    weights: [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
-                };
+                best = Best { t, geom_id, prim_id, ..Best::none(t) };
             }
         }
     }
