@@ -140,6 +140,9 @@ pub fn run(
 /// A render's film, wall seconds and CPU seconds.
 type Rendered = (Film, f64, f64);
 
+/// A backend's answers by class, the rays that it answers differently, and who is right.
+type Asked = (Vec<ClassAnswers>, Vec<Disagreement>, Explained);
+
 impl Job<'_> {
     fn run(mut self) -> Option<Comparison> {
         (self.tell)("recording rays");
@@ -187,7 +190,7 @@ impl Job<'_> {
     }
 
     /// Answers of each backend but the first held against the first's.
-    fn ask(&self, batches: &[Batch]) -> Option<Vec<(Vec<ClassAnswers>, Vec<Disagreement>, Explained)>> {
+    fn ask(&self, batches: &[Batch]) -> Option<Vec<Asked>> {
         let tolerance = self.options.tolerance;
         let first = self.backends[0].accel;
         let mut all = vec![];
