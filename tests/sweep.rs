@@ -159,6 +159,26 @@ fn a_mesh_that_vanishes_leaves_the_pictures_made_before() {
 }
 
 #[test]
+fn a_batch_goes_on_with_what_is_not_made_yet() {
+    let place = Place::new();
+    place.write(
+        "jobs.toml",
+        "[[job]]\nscene = \"lemon.toml\"\noutput = \"{frame}-{spp}.png\"\nframes = \"1-3\"",
+    );
+    let batch = "batch jobs.toml --records done.jsonl --resume";
+    let made = || {
+        let ran = place.gloss(batch);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        ran.err.lines().filter(|line| line.contains(", render ")).count()
+    };
+    assert_eq!((made(), made()), (3, 0));
+    std::fs::remove_file(place.path("2-4.png")).unwrap();
+    assert_eq!(made(), 1);
+    place.write("lemon.toml", &SCENE.replace("exponent = 20", "exponent = 21"));
+    assert_eq!((made(), made()), (3, 0));
+}
+
+#[test]
 fn shares_of_a_batch_make_up_the_whole() {
     let place = Place::new();
     place.write("jobs.toml", "[[job]]\nscene = \"lemon.toml\"\noutput = \"{frame}.png\"\nframes = \"1-5\"");

@@ -180,6 +180,7 @@ impl Jobs {
         variables.set("job", &name);
         variables.set("scene", stem(&job.scene));
         variables.set("index", index);
+        variables.set_from_scene(&self.directory.join(&job.scene));
         if let Some(frame) = frame {
             variables.set("frame", frame);
         }

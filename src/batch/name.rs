@@ -1,6 +1,7 @@
 //! Names of files from templates: `out/{job}-{exponent}-{frame:4}.png`.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What may stand in braces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -52,6 +53,20 @@ impl Variables {
             self.0.insert(last.to_owned(), meant);
         }
         self.0.insert(path.to_owned(), Some(value));
+    }
+
+    /// Gives `spp` and `seed` the values that a scene file says, unless an override has given them others.
+    pub fn set_from_scene(&mut self, scene: &Path) {
+        // A file that cannot be read says so when its picture is made.
+        let text = std::fs::read_to_string(scene).unwrap_or_default();
+        let document: Option<serde_json::Value> =
+            toml::from_str(&text).ok().or_else(|| serde_json::from_str(&text).ok());
+        for name in ["spp", "seed"] {
+            let value = document.as_ref().and_then(|d| d.get("settings")?.get(name)?.as_u64());
+            if let (Some(value), false) = (value, self.0.contains_key(name)) {
+                self.set(name, value);
+            }
+        }
     }
 
     /// The template with the values in the place of the braces; what a file's name cannot hold becomes `_`.
@@ -116,6 +131,17 @@ mod tests {
         assert!(message.contains("{materials.a.exponent}"), "{message}");
         assert!(matches!(variables.fill("{spp"), Err(NameError::Brace { .. })));
         assert!(matches!(variables.fill("{spp:x}"), Err(NameError::Brace { .. })));
+    }
+
+    #[test]
+    fn a_scene_says_its_samples_and_seed() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.toml");
+        std::fs::write(&path, "[settings]\nspp = 16\nseed = 3\n").unwrap();
+        let mut variables = Variables::default();
+        variables.set_path("settings.seed", "5");
+        variables.set_from_scene(&path);
+        assert_eq!(variables.fill("{spp}-{seed}").unwrap(), "16-5");
     }
 
     #[test]

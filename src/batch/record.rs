@@ -1,13 +1,14 @@
 //! What is left to tell of a picture: a line of JSON.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// How one picture was made, or why it was not.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Always `picture`.
-    pub event: &'static str,
+    pub event: Cow<'static, str>,
     /// What it is called.
     pub name: String,
     /// The job that it belongs to.
@@ -49,6 +50,11 @@ pub struct Record {
 }
 
 impl Record {
+    /// The records in a file of lines; what is not one, such as a line that was cut off, is left out.
+    pub fn of_lines(text: &str) -> Vec<Self> {
+        text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+    }
+
     /// One line, without its end.
     pub fn to_line(&self) -> String {
         serde_json::to_string(self).expect("a record has plain fields only")

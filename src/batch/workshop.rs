@@ -67,7 +67,7 @@ impl Workshop {
     /// The record of a picture of which nothing is known yet.
     pub fn record_of(picture: &Picture) -> Record {
         Record {
-            event: "picture",
+            event: "picture".into(),
             name: picture.name.clone(),
             job: picture.job.clone(),
             frame: picture.frame,
@@ -75,6 +75,23 @@ impl Workshop {
             overrides: picture.overrides.iter().map(|o| (o.path.clone(), o.value.clone())).collect(),
             ..Record::default()
         }
+    }
+
+    /// Whether a record of an earlier run stands for this picture: the same scene by its hash, with the same samples,
+    /// and all files are there.
+    ///
+    /// # Errors
+    /// If the scene cannot be loaded.
+    pub fn is_done(&mut self, picture: &Picture, record: &Record) -> Result<bool, PictureError> {
+        let outputs: Vec<_> = picture.outputs.iter().map(|path| path.display().to_string()).collect();
+        if record.error.is_some()
+            || record.outputs != outputs
+            || !picture.outputs.iter().all(|path| path.is_file())
+        {
+            return Ok(false);
+        }
+        let scene = load_with(&picture.scene, &picture.overrides, &mut self.cache)?;
+        Ok((&scene.hash, scene.settings.spp) == (&record.scene_hash, record.spp))
     }
 
     /// Loads, builds, renders and writes.

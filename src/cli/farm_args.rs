@@ -7,9 +7,9 @@ use super::parse;
 use super::signal::Interrupt;
 use super::terminal::note;
 use crate::farm::{self, Checkpoint, Header, Identity, Keeper, Part, Shard, ShardBy};
-use crate::film::{Film, PixelRect};
+use crate::film::PixelRect;
 use crate::image_io::{Format, atomic};
-use crate::render::{Decisions, Progress, State, Tally};
+use crate::render::{Outcome, Progress, State, StopReason, Tally};
 use crate::scene::{GlossySamples, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -105,6 +105,9 @@ impl FarmArgs {
         let beside = |path: &PathBuf| PathBuf::from(format!("{}.part", path.display()));
         let checkpoint = self.checkpoint.clone().or(shard_output.as_ref().map(beside));
         if let Some(path) = &checkpoint {
+            if outputs.iter().any(|output| output.path() == path) {
+                return Err(Failure::bad(format!("{}: both output and checkpoint", path.display())));
+            }
             atomic::check_writable(path).or_failed()?;
         }
         let mut job = Job { header, every: self.checkpoint_every, checkpoint, shard_output, resume: None };
@@ -217,17 +220,13 @@ impl Job {
     }
 
     /// Writes what an interrupted render has, and says where it is.
-    pub(super) fn break_off(
-        &self,
-        keeper: Option<Keeper>,
-        state: &State,
-        seconds: f64,
-    ) -> Result<Exit, Failure> {
+    pub(super) fn break_off(&self, keeper: Option<Keeper>, outcome: &Outcome) -> Result<Exit, Failure> {
+        let seconds = outcome.seconds;
         let (Some(keeper), Some(path)) = (keeper, &self.checkpoint) else {
             note(&format!("interrupted after {seconds:.1} s of rendering: nothing is written"));
             return Ok(Exit::Interrupted);
         };
-        keeper.finish(state, false).or_failed()?;
+        keeper.finish(outcome, false, None).or_failed()?;
         note(&format!(
             "interrupted after {seconds:.1} s of rendering: {} has all of it, go on by the same command with --resume",
             path.display()
@@ -236,20 +235,24 @@ impl Job {
     }
 
     /// Writes the last checkpoint, or the shard's file; whether that was all there is to write.
-    pub(super) fn finish(&self, keeper: Option<Keeper>, state: &State) -> Result<bool, Failure> {
+    pub(super) fn finish(&self, keeper: Option<Keeper>, outcome: &Outcome) -> Result<bool, Failure> {
         let Some(keeper) = keeper else { return Ok(false) };
-        let Some(output) = &self.shard_output else {
-            keeper.finish(state, true).or_failed()?;
-            return Ok(false);
-        };
-        let checkpoint = keeper.checkpoint(state, true);
-        drop(keeper);
-        checkpoint.write(output).or_failed()?;
-        if let Some(unfinished) = &self.checkpoint {
+        // A time limit ends a render before all of its samples are there.
+        let finished = outcome.stopped_by != StopReason::Time;
+        keeper.finish(outcome, finished, self.shard_output.as_deref()).or_failed()?;
+        if self.shard_output.is_some()
+            && let Some(unfinished) = &self.checkpoint
+        {
             // Another attempt at this shard may have removed it; what is left over is harmless.
             let _ = std::fs::remove_file(unfinished);
         }
-        Ok(true)
+        Ok(self.shard_output.is_some())
+    }
+
+    /// Samples that the runs before have taken.
+    pub(super) fn samples_before(&self) -> u64 {
+        let pixels = self.resume.iter().flat_map(|state| &state.film.pixels);
+        pixels.map(|pixel| u64::from(pixel.count)).sum()
     }
 }
 
@@ -269,9 +272,4 @@ impl Progress for Watch<'_> {
             keeper.offer(state);
         }
     }
-}
-
-/// The state that an outcome leaves.
-pub(super) fn state_of(film: &Film, tally: &Tally, decisions: &Decisions) -> State {
-    State { film: film.clone(), tally: *tally, decisions: decisions.clone() }
 }

@@ -26,6 +26,8 @@ pub(super) enum Style {
 /// Tells the user about samples done.
 pub(super) struct Reporter {
     face: Face,
+    /// Samples that earlier runs have taken.
+    before: u64,
     done: AtomicU64,
     start: Instant,
 }
@@ -39,6 +41,11 @@ enum Face {
 impl Reporter {
     /// Starts the clock.
     pub(super) fn start(style: Style) -> Self {
+        Self::resume(style, 0)
+    }
+
+    /// Starts the clock of a render of which so many samples are there already.
+    pub(super) fn resume(style: Style, before: u64) -> Self {
         let now = Instant::now();
         let lines = |json, every| Face::Lines { json, every, last: Mutex::new(now) };
         let face = match style {
@@ -47,7 +54,7 @@ impl Reporter {
             Style::Json => lines(true, Duration::from_millis(500)),
             Style::None => Face::Nothing,
         };
-        Self { face, done: AtomicU64::new(0), start: now }
+        Self { face, before, done: AtomicU64::new(before), start: now }
     }
 
     /// Takes the bar away.
@@ -72,7 +79,7 @@ impl Progress for Reporter {
                     && last.elapsed() >= *every
                 {
                     *last = Instant::now();
-                    note(&line(*json, done, total, self.start.elapsed().as_secs_f64()));
+                    note(&line(*json, self.before, done, total, self.start.elapsed().as_secs_f64()));
                 }
             }
             Face::Nothing => {}
@@ -94,8 +101,8 @@ fn bar() -> ProgressBar {
 }
 
 /// One line: how much is done, how fast, and how long the rest may take.
-fn line(json: bool, done: u64, total: u64, seconds: f64) -> String {
-    let rate = done as f64 / seconds.max(1e-9);
+fn line(json: bool, before: u64, done: u64, total: u64, seconds: f64) -> String {
+    let rate = (done - before) as f64 / seconds.max(1e-9);
     let left = total.saturating_sub(done) as f64 / rate.max(1e-9);
     if json {
         let event = json!({
@@ -113,12 +120,15 @@ mod tests {
 
     #[test]
     fn a_line_says_how_much_how_fast_and_how_long() {
-        assert_eq!(line(false, 25_000, 100_000, 10.0), " 25 %  2.50 k samples/s  10 s gone, 30 s to go");
-        let event: serde_json::Value = serde_json::from_str(&line(true, 1, 4, 2.0)).unwrap();
+        assert_eq!(line(false, 0, 25_000, 100_000, 10.0), " 25 %  2.50 k samples/s  10 s gone, 30 s to go");
+        let event: serde_json::Value = serde_json::from_str(&line(true, 0, 1, 4, 2.0)).unwrap();
         assert_eq!(event["seconds_left"], 6.0);
+        assert!(
+            line(false, 25_000, 50_000, 100_000, 5.0).ends_with("5.00 k samples/s  5 s gone, 10 s to go")
+        );
         // The very beginning and an empty picture.
         for (done, total, seconds) in [(0, 0, 0.0), (0, 7, 0.0), (9, 7, 1.0)] {
-            assert!(!line(false, done, total, seconds).contains("NaN"));
+            assert!(!line(false, 0, done, total, seconds).contains("NaN"));
         }
     }
 

@@ -3,7 +3,7 @@
 use super::accel_args::AccelArgs;
 use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
-use super::farm_args::{Begin, FarmArgs, Watch, state_of};
+use super::farm_args::{Begin, FarmArgs, Watch};
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
@@ -116,6 +116,8 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let accel = args.accel.build(&scene)?;
     let build_seconds = started.elapsed().as_secs_f64();
 
+    let style = if args.quiet { Style::None } else { args.progress };
+    let samples_before = job.samples_before();
     let options = RenderOptions {
         threads: args.accel.build.threads,
         crop: Some(job.rect()),
@@ -126,18 +128,18 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         ..RenderOptions::default()
     };
     interrupt.stops_softly();
-    let reporter = Reporter::start(if args.quiet { Style::None } else { args.progress });
+    let reporter = Reporter::resume(style, samples_before);
+
     let keeper = job.keep(&interrupt)?;
     let watch = Watch { reporter: &reporter, keeper: keeper.as_ref() };
     let cpu_seconds = clock::process_seconds();
     let outcome = render(&scene, &*accel, &options, &watch, interrupt.stop());
     let cpu_seconds = clock::process_seconds() - cpu_seconds;
     reporter.finish();
-    let state = state_of(&outcome.film, &outcome.tally, &outcome.decisions);
     if outcome.stopped_by == StopReason::Interrupted {
-        return job.break_off(keeper, &state, outcome.seconds);
+        return job.break_off(keeper, &outcome);
     }
-    let all_written = job.finish(keeper, &state)?;
+    let all_written = job.finish(keeper, &outcome)?;
 
     let report = Report { args, scene: &scene, accel: accel.info(), outcome, load_seconds, build_seconds };
     let attributes = report.attributes();

@@ -9,6 +9,7 @@ use super::terminal::{note, print};
 use crate::batch::{Made, Picture, PictureError, Record, Workshop, WorkshopOptions};
 use crate::image_io::atomic;
 use crate::image_io::label::{Canvas, contact_sheet};
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -32,6 +33,10 @@ pub(super) struct SeriesArgs {
     /// Add a line of JSON for each picture to this file; without it, they go to stdout if that is no terminal
     #[arg(long, value_name = "FILE")]
     records: Option<PathBuf>,
+
+    /// Leave out pictures that the --records of an earlier run have, if their scenes and files are still the same
+    #[arg(long, requires = "records")]
+    resume: bool,
 
     /// Memory for geometry that a later picture may need
     #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = parse::bytes)]
@@ -81,6 +86,7 @@ pub(super) fn make_all(args: &SeriesArgs, pictures: &[Picture]) -> Result<Exit, 
             cache_bytes: args.cache,
             thumbnail: args.sheet.is_some().then_some(THUMBNAIL),
         }),
+        earlier: args.earlier()?,
         done: vec![],
         thumbnails: vec![],
     };
@@ -99,8 +105,22 @@ pub(super) fn make_all(args: &SeriesArgs, pictures: &[Picture]) -> Result<Exit, 
     series.finish()
 }
 
+impl SeriesArgs {
+    /// Pictures that an earlier run has made, the latest record of each by its first file.
+    fn earlier(&self) -> Result<HashMap<String, Record>, Failure> {
+        let Some(path) = self.records.as_ref().filter(|_| self.resume) else { return Ok(HashMap::new()) };
+        let text = match std::fs::read_to_string(path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => String::new(),
+            read => read.map_err(|e| anyhow::anyhow!("cannot read {}: {e}", path.display())).or_failed()?,
+        };
+        let records = Record::of_lines(&text).into_iter();
+        Ok(records.filter_map(|record| Some((record.outputs.first()?.clone(), record))).collect())
+    }
+}
+
 struct Series<'a> {
     args: &'a SeriesArgs,
+    earlier: HashMap<String, Record>,
     records: Records,
     workshop: Workshop,
     done: Vec<Record>,
@@ -115,6 +135,12 @@ impl Series<'_> {
         (number, count): (usize, usize),
         interrupt: &Interrupt,
     ) -> Result<bool, Failure> {
+        if self.is_done(picture) {
+            if !self.args.quiet {
+                note(&format!("{number}/{count} {}: made already", picture.name));
+            }
+            return Ok(true);
+        }
         let reporter = Reporter::start(if self.args.quiet { Style::None } else { self.args.progress });
         let made = self.workshop.make(picture, &reporter, interrupt.stop());
         reporter.finish();
@@ -133,6 +159,13 @@ impl Series<'_> {
         self.records.add(&record)?;
         self.done.push(record);
         Ok(true)
+    }
+
+    fn is_done(&mut self, picture: &Picture) -> bool {
+        let first = picture.outputs.first().map(|path| path.display().to_string());
+        let Some(record) = first.and_then(|name| self.earlier.get(&name)) else { return false };
+        // A scene that cannot be loaded says so when its picture is made.
+        self.workshop.is_done(picture, record).unwrap_or(false)
     }
 
     fn tell(&self, record: &Record, (number, count): (usize, usize), warnings: &[String]) {

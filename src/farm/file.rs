@@ -99,40 +99,48 @@ fn channel_names() -> impl Iterator<Item = String> {
     words.chain(["count".to_owned()])
 }
 
+/// Writes a film with its header, whole or not at all.
+pub(super) fn write(path: &Path, mut header: Header, film: &Film) -> Result<(), ImageError> {
+    header.dropped = film.dropped;
+    let mut attributes = attributes_of(&header);
+    attributes.insert("gloss.pixels_sum".into(), pixels_sum(film));
+    attributes.insert("gloss.header_sum".into(), header_sum(&attributes));
+
+    let texts = attributes
+        .iter()
+        .map(|(name, value)| (Text::from(name.as_str()), AttributeValue::Text(Text::from(value.as_str()))));
+    let PixelRect { x0, y0, .. } = film.rect;
+    let own = LayerAttributes {
+        layer_position: Vec2(x0 as i32, y0 as i32),
+        software_name: Some(Text::from(concat!("gloss ", env!("CARGO_PKG_VERSION")))),
+        other: texts.collect(),
+        ..LayerAttributes::default()
+    };
+    let size = (film.rect.width() as usize, film.rect.height() as usize);
+    // Mostly the highest words of the sums are zero, which run lengths tell shortly and fast.
+    let layer = Layer::new(size, own, Encoding::FAST_LOSSLESS, channels(film));
+    let [width, height] = film.resolution.map(|n| n as usize);
+    let window = ImageAttributes::new(IntegerBounds::from_dimensions(Vec2(width, height)));
+    let image = exr::prelude::Image::empty(window).with_layer(layer);
+    write_atomically(path, |file: &mut File| {
+        let writer = BufWriter::new(file);
+        // The threads of this process have a picture to render.
+        image.write().non_parallel().to_buffered(writer).map_err(|e| e.to_string())
+    })
+}
+
 impl Checkpoint {
+    /// A film of what the header says; what the film could not add is in both.
+    pub fn new(header: Header, film: Film) -> Self {
+        Self { header: Header { dropped: film.dropped, ..header }, film }
+    }
+
     /// Writes the file, whole or not at all.
     ///
     /// # Errors
     /// If it cannot be written; an older one of that name is then untouched.
     pub fn write(&self, path: &Path) -> Result<(), ImageError> {
-        let Self { header, film } = self;
-        let mut attributes = attributes_of(header);
-        attributes.insert("gloss.pixels_sum".into(), pixels_sum(film));
-        attributes.insert("gloss.header_sum".into(), header_sum(&attributes));
-
-        let PixelRect { x0, y0, .. } = film.rect;
-        let own = LayerAttributes {
-            layer_position: Vec2(x0 as i32, y0 as i32),
-            software_name: Some(Text::from(concat!("gloss ", env!("CARGO_PKG_VERSION")))),
-            other: attributes
-                .iter()
-                .map(|(name, value)| {
-                    (Text::from(name.as_str()), AttributeValue::Text(Text::from(value.as_str())))
-                })
-                .collect(),
-            ..LayerAttributes::default()
-        };
-        let size = (film.rect.width() as usize, film.rect.height() as usize);
-        // Mostly the highest words of the sums are zero, which run lengths tell shortly and fast.
-        let layer = Layer::new(size, own, Encoding::FAST_LOSSLESS, channels(film));
-        let [width, height] = film.resolution.map(|n| n as usize);
-        let window = ImageAttributes::new(IntegerBounds::from_dimensions(Vec2(width, height)));
-        let image = exr::prelude::Image::empty(window).with_layer(layer);
-        write_atomically(path, |file: &mut File| {
-            let writer = BufWriter::new(file);
-            // The threads of this process have a picture to render.
-            image.write().non_parallel().to_buffered(writer).map_err(|e| e.to_string())
-        })
+        write(path, self.header.clone(), &self.film)
     }
 
     /// Reads a file back to the bit.

@@ -1,12 +1,12 @@
 //! Who writes checkpoints while a render runs.
 
-use super::file::Checkpoint;
+use super::file::{Checkpoint, write};
 use super::header::Header;
 use crate::image_io::ImageError;
-use crate::render::State;
-use std::path::PathBuf;
+use crate::render::{Decisions, Outcome, State, Tally};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -21,6 +21,8 @@ pub struct Keeper {
     started: Instant,
     last: Mutex<Instant>,
     asked: Arc<AtomicBool>,
+    /// Whether the thread is writing.
+    busy: Arc<AtomicBool>,
     writer: Option<(SyncSender<Checkpoint>, JoinHandle<()>)>,
 }
 
@@ -37,13 +39,19 @@ impl Keeper {
         asked: Arc<AtomicBool>,
         told: impl Fn(Result<(), ImageError>) + Send + 'static,
     ) -> std::io::Result<Self> {
-        let (sender, receiver): (_, Receiver<Checkpoint>) = sync_channel(0);
-        let to = path.clone();
-        let write = move || receiver.iter().for_each(|checkpoint| told(checkpoint.write(&to)));
-        let thread = std::thread::Builder::new().name("checkpoints".into()).spawn(write)?;
+        let (sender, receiver): (_, Receiver<Checkpoint>) = sync_channel(1);
+        let busy = Arc::new(AtomicBool::new(false));
+        let (to, is_busy) = (path.clone(), Arc::clone(&busy));
+        let work = move || {
+            for checkpoint in receiver {
+                told(checkpoint.write(&to));
+                is_busy.store(false, Ordering::Release);
+            }
+        };
+        let thread = std::thread::Builder::new().name("checkpoints".into()).spawn(work)?;
         let now = Instant::now();
         let writer = Some((sender, thread));
-        Ok(Self { path, every, before, started: now, last: Mutex::new(now), asked, writer })
+        Ok(Self { path, every, before, started: now, last: Mutex::new(now), asked, busy, writer })
     }
 
     /// Takes a copy of the state if it is time; to be called from [`Progress::state`](crate::render::Progress::state).
@@ -54,37 +62,35 @@ impl Keeper {
         if !asked && last.elapsed() < self.every {
             return;
         }
-        let Some((sender, _)) = &self.writer else { return };
-        // The thread may still be busy with the one before: then the next tile offers again.
-        match sender.try_send(self.checkpoint(state, false)) {
-            Ok(()) => {
-                *last = Instant::now();
-                self.asked.store(false, Ordering::Relaxed);
-            }
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {}
+        // While one is being written, the next tile offers again.
+        if self.busy.swap(true, Ordering::Acquire) {
+            return;
+        }
+        let header = self.header(&state.tally, &state.decisions, false);
+        let checkpoint = Checkpoint::new(header, state.film.clone());
+        if self.writer.as_ref().is_some_and(|(sender, _)| sender.send(checkpoint).is_ok()) {
+            *last = Instant::now();
+            self.asked.store(false, Ordering::Relaxed);
         }
     }
 
-    /// What would be written of a state.
-    pub fn checkpoint(&self, state: &State, finished: bool) -> Checkpoint {
+    fn header(&self, tally: &Tally, decisions: &Decisions, finished: bool) -> Header {
         let mut header = self.before.clone();
         header.parts.iter_mut().for_each(|part| part.finished = finished);
-        header.dropped = state.film.dropped;
-        header.tally.merge(&state.tally);
+        header.tally.merge(tally);
         header.seconds += self.started.elapsed().as_secs_f64();
-        header.decisions = state.decisions.clone();
-        Checkpoint { header, film: state.film.clone() }
+        header.decisions = decisions.clone();
+        header
     }
 
-    /// Waits for the thread and writes the last state.
+    /// Waits for the thread and writes what the render has left: to its own path, or a finished part to another.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn finish(mut self, state: &State, finished: bool) -> Result<Checkpoint, ImageError> {
+    pub fn finish(mut self, outcome: &Outcome, finished: bool, to: Option<&Path>) -> Result<(), ImageError> {
         self.stop();
-        let checkpoint = self.checkpoint(state, finished);
-        checkpoint.write(&self.path)?;
-        Ok(checkpoint)
+        let header = self.header(&outcome.tally, &outcome.decisions, finished);
+        write(to.unwrap_or(&self.path), header, &outcome.film)
     }
 
     fn stop(&mut self) {

@@ -102,7 +102,11 @@ impl Submission {
                 words.extend(["render".into(), scene.display().to_string()]);
                 words.extend(["-o".into(), output.display().to_string()]);
             }
-            Work::Batch { jobs } => words.extend(["batch".into(), jobs.display().to_string()]),
+            Work::Batch { jobs } => {
+                let records = format!("{}.{index}.jsonl", jobs.display());
+                words.extend(["batch".into(), jobs.display().to_string()]);
+                words.extend(["--records".into(), records, "--resume".into()]);
+            }
         }
         words.extend(["--shard".into(), shard.into(), "--threads".into(), threads.into()]);
         words.extend(["--progress".into(), "plain".into()]);
@@ -272,7 +276,7 @@ mod tests {
     fn a_batch_needs_no_merge() {
         let batch = Submission { work: Work::Batch { jobs: "jobs.toml".into() }, ..submission() };
         assert_eq!(batch.slurm_merge(), None);
-        assert!(batch.slurm_array().contains("/opt/gloss batch jobs.toml --shard auto/3"));
+        assert!(batch.slurm_array().contains("/opt/gloss batch jobs.toml --records jobs.toml.\"$SLURM_ARRAY_TASK_ID\".jsonl --resume --shard auto/3"));
         assert_eq!(batch.openjd()["steps"].as_array().unwrap().len(), 1);
     }
 

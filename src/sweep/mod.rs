@@ -149,6 +149,7 @@ impl Sweep {
             self.scene.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         variables.set("scene", &scene);
         variables.set("index", index);
+        variables.set_from_scene(&self.scene);
         let outputs = self.outputs.iter().map(|template| variables.fill(template).map(PathBuf::from));
         let label: Vec<_> = varied.iter().map(|o| format!("{}={}", last_key(&o.path), o.value)).collect();
         let label = if label.is_empty() { scene.clone() } else { label.join(" ") };
