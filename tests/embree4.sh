@@ -30,7 +30,7 @@ fi
 
 # A root that was not finished is started anew.
 if [ ! -e "$root/.complete" ]; then
-    if ! curl -fsS -m 20 -o /dev/null "$mirror/dists/trixie/InRelease" 2>/dev/null; then
+    if ! wget -q -T 20 -t 1 -O /dev/null "$mirror/dists/trixie/InRelease"; then
         echo "embree4.sh: skipped, since $mirror cannot be reached"
         exit 0
     fi

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 15] = [
+const MAY_IMPORT: [(&str, &[&str]); 17] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -15,8 +15,25 @@ const MAY_IMPORT: [(&str, &[&str]); 15] = [
     ("integrator", &["core", "bxdf", "scene", "film", "accel"]),
     ("render", &["core", "film", "accel", "scene", "integrator"]),
     ("trace", WORK),
-    ("compare", WORK),
     ("farm", WORK),
+    ("report", &["core", "image_io"]),
+    (
+        "compare",
+        &[
+            "core",
+            "geometry",
+            "bxdf",
+            "film",
+            "accel",
+            "scene",
+            "integrator",
+            "render",
+            "image_io",
+            "trace",
+            "report",
+        ],
+    ),
+    ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     ("batch", WORK),
     // A sweep makes its pictures in the workshop of `batch`.
     ("sweep", &["scene", "batch"]),
@@ -33,8 +50,10 @@ const MAY_IMPORT: [(&str, &[&str]); 15] = [
             "render",
             "image_io",
             "trace",
+            "report",
             "compare",
             "farm",
+            "figures",
             "batch",
             "sweep",
         ],

@@ -342,3 +342,15 @@ fn the_backends_make_the_same_picture() {
         assert!(differ * 500 < bvh.pixels.len(), "{backend:?}: {differ} pixels differ");
     }
 }
+
+#[test]
+fn without_highlights_a_glossy_surface_shows_the_mean_of_its_rays() {
+    // Under an even sky every ray sees the same, and so there is no noise at all.
+    for direct in ["mis", "light", "lobe"] {
+        let overrides = [("settings.highlights", "false"), ("settings.direct_light", direct)];
+        let film = picture(&scene_with(&glossy_plate(70.0, 3.0, "fold", 4, SKY), &overrides)).film;
+        for pixel in &film.pixels {
+            assert!((pixel.mean().g - 1.0).abs() < 1e-6, "{direct}: {:?}", pixel.mean());
+        }
+    }
+}

@@ -145,6 +145,18 @@ impl Bxdf {
         dispatch!(self, lobe => lobe.ln_pdf(at, wi))
     }
 
+    /// [`f_cos`](Self::f_cos) and [`ln_pdf`](Self::ln_pdf) together, with what they share done once.
+    #[inline]
+    pub fn evaluate(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        match self {
+            Self::CosinePower(lobe) => {
+                let lobe = lobe.prepare(at);
+                (lobe.f_cos(wi), lobe.ln_pdf(wi))
+            }
+            _ => (self.f_cos(at, wi), self.ln_pdf(at, wi)),
+        }
+    }
+
     /// Draws a direction; `None` where the sample carries no light. `u` is in `[0, 1)`.
     #[inline]
     pub fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {

@@ -15,6 +15,13 @@ pub(super) struct AccelArgs {
     #[arg(long, value_name = "MODE", default_value_t, value_enum, help_heading = BACKEND)]
     embree_mode: EmbreeMode,
 
+    #[command(flatten)]
+    pub(super) build: BuildArgs,
+}
+
+/// How any backend builds.
+#[derive(Debug, clap::Args)]
+pub(super) struct BuildArgs {
     /// Time spent on the structure against speed of the rays
     #[arg(long, default_value_t, value_enum, help_heading = BACKEND)]
     quality: Quality,
@@ -38,43 +45,70 @@ pub(super) struct AccelArgs {
 
 const BACKEND: &str = "Backend";
 
-impl AccelArgs {
-    fn options(&self, scene: &Scene) -> BuildOptions {
+impl BuildArgs {
+    /// Options for rays that a render of the scene asks.
+    pub(super) fn options(&self, scene: &Scene) -> BuildOptions {
         BuildOptions {
             skip: if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None },
-            ..self.build_options()
+            ..self.any_options()
         }
     }
 
-    /// How to build for pictures of any scene.
-    pub(super) fn build_options(&self) -> BuildOptions {
+    /// Options for rays of any scene.
+    pub(super) fn any_options(&self) -> BuildOptions {
         BuildOptions {
             quality: self.quality,
             robust: !self.fast,
             compact: self.compact,
-            embree_mode: self.embree_mode,
+            embree_mode: EmbreeMode::default(),
             skip: SkipSupport::Any,
             threads: self.threads,
         }
+    }
+}
+
+impl AccelArgs {
+    /// How to build for pictures of any scene.
+    pub(super) fn build_options(&self) -> BuildOptions {
+        BuildOptions { embree_mode: self.embree_mode, ..self.build.any_options() }
     }
 
     /// Which of these flags the last bits of a picture may depend on, for people and to compare.
     pub(super) fn identity(&self) -> String {
         let name = |value: &dyn std::fmt::Debug| format!("{value:?}").to_ascii_lowercase();
-        let [backend, mode, quality] = [name(&self.backend), name(&self.embree_mode), name(&self.quality)];
-        let tests = if self.fast { "fast" } else { "robust" };
-        let size = if self.compact { "compact" } else { "full" };
+        let [backend, mode, quality] =
+            [name(&self.backend), name(&self.embree_mode), name(&self.build.quality)];
+        let tests = if self.build.fast { "fast" } else { "robust" };
+        let size = if self.build.compact { "compact" } else { "full" };
         match self.backend {
             Backend::Embree => format!("{backend} {mode} {quality} {tests} {size}"),
             Backend::Bvh | Backend::Brute => format!("{backend} {quality} {tests} {size}"),
         }
     }
 
-    /// Builds the structure over the scene's shapes.
+    /// Builds the structure over the scene's shapes, for rays that a render of the scene asks.
     pub(super) fn build(&self, scene: &Scene) -> Result<Box<dyn Accelerator>, Failure> {
-        let built = accel::build(self.backend, &scene.shapes, &self.options(scene));
-        if matches!(built, Err(AccelError::NotCompiled)) { built.or_bad() } else { built.or_failed() }
+        build(self.backend, scene, &self.options(scene))
     }
+
+    /// Builds the structure over the scene's shapes, for rays with any skip rule.
+    pub(super) fn build_for_any_rays(&self, scene: &Scene) -> Result<Box<dyn Accelerator>, Failure> {
+        build(self.backend, scene, &BuildOptions { skip: SkipSupport::Any, ..self.options(scene) })
+    }
+
+    fn options(&self, scene: &Scene) -> BuildOptions {
+        BuildOptions { embree_mode: self.embree_mode, ..self.build.options(scene) }
+    }
+}
+
+/// Builds a structure over the scene's shapes.
+pub(super) fn build(
+    backend: Backend,
+    scene: &Scene,
+    options: &BuildOptions,
+) -> Result<Box<dyn Accelerator>, Failure> {
+    let built = accel::build(backend, &scene.shapes, options);
+    if matches!(built, Err(AccelError::NotCompiled)) { built.or_bad() } else { built.or_failed() }
 }
 
 #[cfg(test)]
@@ -92,7 +126,7 @@ mod tests {
     fn the_later_of_robust_and_fast_counts() {
         let fast = |flags: &[&str]| {
             let typed = ["gloss"].iter().chain(flags);
-            Alone::try_parse_from(typed).unwrap_or_else(|e| panic!("{e}")).accel.fast
+            Alone::try_parse_from(typed).unwrap_or_else(|e| panic!("{e}")).accel.build.fast
         };
         assert!(!fast(&[]) && fast(&["--fast"]) && fast(&["--robust", "--fast"]));
         assert!(!fast(&["--fast", "--robust"]));

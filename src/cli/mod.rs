@@ -5,9 +5,13 @@
 
 mod accel_args;
 mod batch;
+mod compare;
+mod contender;
 mod diff;
+mod dump;
 mod exit;
 mod farm_args;
+mod figures;
 mod generate;
 mod info;
 mod merge;
@@ -20,9 +24,11 @@ mod schema;
 mod series;
 mod settings;
 mod signal;
+mod stats;
 mod submit;
 mod sweep;
 mod terminal;
+mod trace;
 
 use clap::Parser;
 use exit::{Exit, Failure};
@@ -46,6 +52,9 @@ enum Command {
     Merge(merge::Args),
     Submit(submit::Args),
     Diff(diff::Args),
+    Figures(figures::Args),
+    Compare(compare::Args),
+    Trace(trace::Args),
     Schema(schema::Args),
 }
 
@@ -53,7 +62,7 @@ enum Command {
 const HELP_END: &str = "\
 Exit codes:
    0  done
-   1  failed; of diff: the pictures differ by more than the threshold
+   1  failed; of diff: the pictures differ by more than the threshold; of compare: the backends differ
    2  bad usage, bad scene, or pictures that cannot be compared
    3  some of several pictures were not made
   75  interrupted by Ctrl-C or SIGTERM; no picture is written, but a checkpoint where one is kept
@@ -62,7 +71,8 @@ Examples:
   gloss gen knot --triangles 200000 -o knot.ply
   gloss info scenes/lemon.toml
   gloss render scenes/lemon.toml -o lemon.png -o lemon.exr --spp 256
-  gloss diff lemon.exr reference.exr --map difference.png";
+  gloss diff lemon.exr reference.exr --map difference.png
+  gloss compare scenes/lemon.toml --html lemon.html";
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
@@ -83,6 +93,9 @@ pub fn main() -> ExitCode {
         Command::Submit(args) => submit::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Figures(args) => figures::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Trace(args) => trace::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

@@ -45,6 +45,14 @@ pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     })
 }
 
+/// A factor of lengths above 0.
+pub(super) fn scale(typed: &str) -> Result<f32, String> {
+    match typed.parse::<f32>() {
+        Ok(x) if (0.01..=16.0).contains(&x) => Ok(x),
+        _ => Err("it is a number from 0.01 to 16".to_owned()),
+    }
+}
+
 /// `path.to.key=value`.
 pub(super) fn definition(typed: &str) -> Result<Override, String> {
     match typed.split_once('=') {
@@ -137,6 +145,14 @@ pub(super) fn threshold(typed: &str) -> Result<f64, String> {
     }
 }
 
+/// A fraction.
+pub(super) fn fraction(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if (0.0..=1.0).contains(&n) => Ok(n),
+        _ => Err("it is a number from 0 to 1".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,5 +211,6 @@ mod tests {
         }
         assert!(ppd("0").is_err() && ppd("nan").is_err() && ppd("1e9").is_err());
         assert!(threshold("-1").is_err() && threshold("nan").is_err());
+        assert!(fraction("1.5").is_err() && fraction("-0.1").is_err() && fraction("nan").is_err());
     }
 }

@@ -1,18 +1,21 @@
 //! `gloss render`: a scene file in, pictures out.
 
 use super::accel_args::AccelArgs;
+use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
 use super::farm_args::{Begin, FarmArgs, Watch};
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
 use super::signal::Interrupt;
+use super::stats::{Form, Stats};
 use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
-use crate::render::{Outcome, RayClass, RenderOptions, StopReason, render};
+use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
+use crate::trace::clock;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -36,7 +39,8 @@ Examples:
   gloss render scenes/lemon.toml -o lecture.png --preset lecture --backend bvh
   gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10
   gloss render scenes/lemon.toml -o lemon.png --checkpoint lemon.state.exr --resume
-  gloss render scenes/lemon.toml -o lemon-3.exr --shard 3/8")]
+  gloss render scenes/lemon.toml -o lemon-3.exr --shard 3/8
+  gloss render scenes/lemon.toml -o lemon.png --stats")]
 pub(super) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -64,6 +68,15 @@ pub(super) struct Args {
     #[command(flatten)]
     farm: FarmArgs,
 
+    /// Say where the time went: rays, Mray/s and share of time by class, and the time of the rays alone by that of the
+    /// render. Takes a few seconds more, to record some rays and to ask them alone
+    #[arg(long, value_name = "FORM", num_args = 0..=1, default_missing_value = "text", value_enum)]
+    stats: Option<Form>,
+
+    /// Write all rays to a file, 44 bytes each, for `gloss trace`
+    #[arg(long, value_name = "FILE", conflicts_with = "stats")]
+    dump_rays: Option<PathBuf>,
+
     /// How to tell about progress on stderr
     #[arg(long, value_name = "STYLE", default_value_t, value_enum)]
     progress: Style,
@@ -81,11 +94,12 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     // Everything that can be refused is refused before the work.
     let outputs = Output::check(&args.output)?;
+    let dump = args.dump_rays.as_deref().map(Dump::create).transpose()?;
     let interrupt = Interrupt::listen()?;
 
-    let clock = Instant::now();
+    let started = Instant::now();
     let scene = args.scene.load()?;
-    let load_seconds = clock.elapsed().as_secs_f64();
+    let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
     tell_before(args, &scene);
     let mut job = match args.farm.begin(&args.scene.scene, &scene, &args.accel, args.crop, &outputs)? {
@@ -98,18 +112,19 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         }
     };
 
-    let clock = Instant::now();
+    let started = Instant::now();
     let accel = args.accel.build(&scene)?;
-    let build_seconds = clock.elapsed().as_secs_f64();
+    let build_seconds = started.elapsed().as_secs_f64();
 
     let style = if args.quiet { Style::None } else { args.progress };
     let samples_before = job.samples_before();
     let options = RenderOptions {
-        threads: args.accel.threads,
+        threads: args.accel.build.threads,
         crop: Some(job.rect()),
         samples: Some(job.samples()),
         resume: job.take_resume(),
         tile_size: args.tile_size,
+        log: dump.as_ref().map(|dump| dump.rays() as &dyn RayLog),
         ..RenderOptions::default()
     };
     interrupt.stops_softly();
@@ -117,7 +132,9 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
 
     let keeper = job.keep(&interrupt)?;
     let watch = Watch { reporter: &reporter, keeper: keeper.as_ref() };
+    let cpu_seconds = clock::process_seconds();
     let outcome = render(&scene, &*accel, &options, &watch, interrupt.stop());
+    let cpu_seconds = clock::process_seconds() - cpu_seconds;
     reporter.finish();
     if outcome.stopped_by == StopReason::Interrupted {
         return job.break_off(keeper, &outcome);
@@ -129,7 +146,13 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     for output in outputs.iter().filter(|_| !all_written) {
         output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
     }
+    dump.map_or(Ok(()), Dump::finish)?;
     report.tell(&outputs);
+    if let Some(form) = args.stats {
+        let Report { scene, outcome, .. } = &report;
+        Stats::measure(scene, &*accel, outcome, cpu_seconds, args.accel.build.threads, interrupt.stop())
+            .tell(form)?;
+    }
     Ok(Exit::Done)
 }
 

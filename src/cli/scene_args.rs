@@ -81,6 +81,11 @@ impl SceneArgs {
         set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned()).collect()
     }
 
+    /// The file's name for people.
+    pub(super) fn name(&self) -> String {
+        self.scene.display().to_string()
+    }
+
     /// The scene as the file and the flags describe it.
     pub(super) fn load(&self) -> Result<Scene, Failure> {
         scene::load(&self.scene, &self.overrides()).or_bad()

@@ -34,9 +34,14 @@ impl<const FRACTION: i32> Fixed<FRACTION> {
         Self(if x < 0.0 { -magnitude } else { magnitude })
     }
 
-    /// The sum as the nearest `f64`.
+    /// The sum as an `f64`, cut to its 64 leading bits and then rounded.
+    #[inline]
     pub fn to_f64(self) -> f64 {
-        self.0 as f64 * f64::from_bits(((1023 - FRACTION) as u64) << 52)
+        let magnitude = self.0.unsigned_abs();
+        let shift = 64u32.saturating_sub(magnitude.leading_zeros());
+        let scale = f64::from_bits(((1023 + shift as i64 - i64::from(FRACTION)) as u64) << 52);
+        let value = (magnitude >> shift) as u64 as f64 * scale;
+        if self.0 < 0 { -value } else { value }
     }
 
     /// The bits, least significant word first: what a file stores.

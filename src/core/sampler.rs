@@ -3,7 +3,7 @@
 //! Nothing here has state, so thread count, tile size, sharding and packet width change no number. Dimensions come
 //! in pairs: each pair is the two-dimensional Sobol sequence, its order shuffled and its values scrambled by
 //! Owen's nested uniform permutation with keys of its own, so that any contiguous run of indices is stratified in
-//! every pair and pairs are independent of each other.
+//! every pair and pairs are independent of each other. Beside it stand the textbook's own patterns, for its figures.
 //!
 //! Sources: Burley 2020, *Practical Hash-based Owen Scrambling*; Ahmed 2024, *An Implementation Algorithm of 2D
 //! Sobol Sequence Fast, Elegant, and Compact*; Vegdahl 2021 for the hash's constants.
@@ -17,8 +17,14 @@ pub enum SamplerKind {
     /// Owen-scrambled Sobol points: stratified in each pair of dimensions.
     #[default]
     Sobol,
-    /// Independent uniform numbers.
+    /// Independent uniform numbers: the textbook's `PureRandom`.
     Independent,
+    /// The middles of a square grid of as many cells as a pixel has samples (if they are no square number, of the
+    /// next one), in an order of each pair's own. Suffern 2007, chapter 5; has the error of its grid.
+    Regular,
+    /// The Hammersley points of as many samples as a pixel has, the same in every pixel and pair but for their order.
+    /// Suffern 2007, chapter 5; has the error of its pattern.
+    Hammersley,
 }
 
 /// The numbers of one pixel.
@@ -26,13 +32,23 @@ pub enum SamplerKind {
 pub struct Sampler {
     kind: SamplerKind,
     key: u32,
+    /// Points of a pattern.
+    count: u32,
 }
 
 impl Sampler {
     /// The numbers of pixel `(x, y)` of the full image under `seed`.
     #[inline]
     pub fn new(kind: SamplerKind, seed: u32, x: u32, y: u32) -> Self {
-        Self { kind, key: hash(hash(hash(seed ^ 0x9e37_79b9) ^ x) ^ y) }
+        Self { kind, key: hash(hash(hash(seed ^ 0x9e37_79b9) ^ x) ^ y), count: 1 }
+    }
+
+    /// The same for a pixel of `samples` samples: what the patterns of a fixed number of points need to know.
+    #[inline]
+    pub fn for_samples(mut self, samples: u32) -> Self {
+        let edge = (f64::from(samples.max(1)).sqrt().ceil() as u32).min(0xffff);
+        self.count = if self.kind == SamplerKind::Regular { edge * edge } else { samples.max(1) };
+        self
     }
 
     /// Sample `index` of pair `dimension`, both coordinates multiples of `2^-24` in `[0, 1)`.
@@ -48,8 +64,25 @@ impl Sampler {
                 let x = hash(key ^ hash(index.wrapping_add(0x632b_e5ab)));
                 [x, hash(x ^ 0x1b56_c4e9)]
             }
+            SamplerKind::Regular => self.grid(index, key),
+            SamplerKind::Hammersley => {
+                let i = self.shuffled(index, key);
+                [fraction(i, 1, self.count), i.reverse_bits()]
+            }
         };
         [to_unit(x), to_unit(y)]
+    }
+
+    /// The middle of a cell.
+    fn grid(&self, index: u32, key: u32) -> [u32; 2] {
+        let edge = self.count.isqrt();
+        let cell = self.shuffled(index, key);
+        [cell % edge, cell / edge].map(|i| fraction(2 * i + 1, 2, edge))
+    }
+
+    /// Which point of the pattern is number `index`; after each whole pattern comes another order.
+    fn shuffled(&self, index: u32, key: u32) -> u32 {
+        permuted(index % self.count, self.count, hash(key ^ (index / self.count)))
     }
 
     /// Sample `index` of `dimension`, one number.
@@ -73,6 +106,30 @@ pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 15;
     x = x.wrapping_mul(0xd35a_2d97);
     x ^ (x >> 15)
+}
+
+/// `i / (parts count)` as a 32-bit fraction, `i < parts count`.
+fn fraction(i: u32, parts: u32, count: u32) -> u32 {
+    ((u64::from(i) << 32) / (u64::from(parts) * u64::from(count))) as u32
+}
+
+/// Where a permutation of `0..count`, chosen by `seed`, takes `i`.
+///
+/// Scrambles the numbers below the next power of two, again and again until one below `count` comes (Kensler 2013,
+/// *Correlated Multi-Jittered Sampling*).
+fn permuted(mut i: u32, count: u32, seed: u32) -> u32 {
+    let bits = count.next_power_of_two().trailing_zeros();
+    if bits == 0 {
+        return 0;
+    }
+    loop {
+        i = owen_scramble(i << (32 - bits), seed) >> (32 - bits);
+        // Nested scrambling keeps neighbours together: a second pass from the other end parts them.
+        i = owen_scramble(i.reverse_bits(), hash(seed)).reverse_bits() & (u32::MAX >> (32 - bits));
+        if i < count {
+            return i;
+        }
+    }
 }
 
 /// Owen scrambling of a number whose most significant bit decides first.
@@ -139,6 +196,48 @@ mod tests {
                     }
                     assert!(count.iter().all(|&c| c == 1), "{dimension} {start} {nx}x{ny}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn patterns_hold_each_of_their_points_once_in_an_order_of_their_own() {
+        let points = |kind, dimension, start| {
+            let sampler = Sampler::new(kind, 1, 4, 5).for_samples(9);
+            (start..start + 9).map(|i| sampler.pair(i, dimension)).collect::<Vec<_>>()
+        };
+        let sorted = |mut points: Vec<[f32; 2]>| {
+            points.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            points
+        };
+        let near = |a: &[[f32; 2]], b: &[[f32; 2]]| {
+            a.iter().zip(b).all(|(a, b)| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6)
+        };
+        let grid: Vec<_> =
+            (0..9).map(|i| [(2 * (i / 3) + 1) as f32 / 6.0, (2 * (i % 3) + 1) as f32 / 6.0]).collect();
+        let inverse = [0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875, 0.0625];
+        let hammersley: Vec<_> = (0..9).map(|i| [i as f32 / 9.0, inverse[i]]).collect();
+        for (kind, pattern) in [(SamplerKind::Regular, grid), (SamplerKind::Hammersley, hammersley)] {
+            for (dimension, start) in [(0, 0), (5, 0), (0, 9), (3, 27)] {
+                assert!(
+                    near(&sorted(points(kind, dimension, start)), &pattern),
+                    "{kind:?} {dimension} {start}"
+                );
+            }
+            assert_ne!(points(kind, 0, 0), points(kind, 1, 0), "{kind:?}");
+        }
+        let alone = |kind| Sampler::new(kind, 1, 4, 5).for_samples(1).pair(3, 2);
+        assert_eq!(alone(SamplerKind::Regular), [0.5, 0.5]);
+        assert_eq!(alone(SamplerKind::Hammersley), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_permutation_takes_each_number_once() {
+        for count in [1, 2, 3, 9, 64, 83, 100] {
+            for seed in 0..20 {
+                let mut seen: Vec<u32> = (0..count).map(|i| permuted(i, count, hash(seed))).collect();
+                seen.sort_unstable();
+                assert_eq!(seen, (0..count).collect::<Vec<_>>());
             }
         }
     }

@@ -69,7 +69,10 @@ fn directory_of(path: &Path) -> PathBuf {
 }
 
 /// An empty file in the directory of `path`, with the rights that the user's umask gives to new files.
-fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+///
+/// # Errors
+/// If the directory is missing or not writable.
+pub fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".gloss-").suffix(".tmp");
     #[cfg(unix)]

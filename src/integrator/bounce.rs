@@ -14,12 +14,12 @@ use crate::scene::{AtMaxDepth, DirectLight};
 pub(super) enum Dimension {
     /// The direction drawn from the lobe of this number: three of them.
     Lobe(usize),
-    /// Which lobe; whether the path goes on.
+    /// Which lobe and which light.
     Choice,
     /// The direction towards a light.
     LightDirection,
-    /// Which light.
-    LightChoice,
+    /// Whether the path goes on.
+    Survival,
 }
 
 impl Dimension {
@@ -32,7 +32,7 @@ impl Dimension {
             Self::Lobe(lobe) => lobe as u32,
             Self::Choice => 3,
             Self::LightDirection => 4,
-            Self::LightChoice => 5,
+            Self::Survival => 5,
         };
         1 + depth * Self::PER_VERTEX + offset
     }
@@ -57,6 +57,27 @@ impl Leaving {
         self.rate[lobe] = rate;
     }
 
+    /// Keeps one of the lobes whose rays go on, chosen in proportion to its albedo.
+    fn choose_one(&mut self, at: &Incidence, bsdf: &Bsdf, choice: f32) {
+        let mut weight = [0.0; Bsdf::MAX_LOBES];
+        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+            if self.count[lobe] > 0 && !self.emission_only[lobe] {
+                weight[lobe] = bxdf.albedo(at).max_channel();
+                self.trace(lobe, 0, 0.0);
+            }
+        }
+        let total: f32 = weight.iter().sum();
+        if total > 0.0 {
+            self.rate =
+                std::array::from_fn(
+                    |lobe| {
+                        if weight[lobe] > 0.0 { weight[lobe] / total } else { self.rate[lobe] }
+                    },
+                );
+            self.count[choose(&weight, choice * total)] = 1;
+        }
+    }
+
     /// Rays not yet made.
     pub(super) fn remaining(&self) -> usize {
         self.count.iter().skip(self.next.0).sum::<u32>() as usize - self.next.1 as usize
@@ -79,53 +100,47 @@ impl Leaving {
 impl Integrator<'_> {
     /// Decides which rays leave a surface that `path` has reached.
     ///
-    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen in proportion to its
-    /// albedo.
-    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, sampler: &Sampler) -> Leaving {
-        let mut rays = Leaving::default();
-        let mut weight = [0.0; Bsdf::MAX_LOBES];
-        let mut split = 1;
+    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the number `choice`
+    /// in `[0, 1)`, in proportion to its albedo.
+    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, choice: f32) -> Leaving {
+        let mut leaving = Leaving::default();
+        let (mut lobes, mut split) = (0, 1);
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
             if self.continues(path, bxdf) {
-                weight[lobe] = bxdf.albedo(at).max_channel();
+                lobes += 1;
+                leaving.trace(lobe, 1, 1.0);
                 if bxdf.kind() == LobeKind::Glossy {
                     split = match path.glossy_depth {
                         0 => path.split,
                         deeper => self.scene.settings.glossy_samples.at(deeper),
                     };
+                    leaving.trace(lobe, split, split as f32);
                 }
             } else if bxdf.kind() == LobeKind::Diffuse
                 && self.scene.settings.direct_light == DirectLight::Lobe
             {
-                rays.trace(lobe, 1, 1.0);
-                rays.emission_only[lobe] = true;
+                leaving.trace(lobe, 1, 1.0);
+                leaving.emission_only[lobe] = true;
             }
         }
-        let total: f32 = weight.iter().sum();
-        if split > 1 {
-            for (lobe, bxdf) in bsdf.lobes().enumerate().filter(|&(lobe, _)| weight[lobe] > 0.0) {
-                let count = if bxdf.kind() == LobeKind::Glossy { split } else { 1 };
-                rays.trace(lobe, count, count as f32);
-            }
-        } else if total > 0.0 {
-            let choice = sampler.single(path.index, Dimension::Choice.at(path.depth));
-            let lobe = choose(&weight, choice * total);
-            for (rate, weight) in rays.rate.iter_mut().zip(weight).filter(|(_, weight)| *weight > 0.0) {
-                *rate = weight / total;
-            }
-            rays.count[lobe] = 1;
+        if lobes > 1 && split == 1 {
+            leaving.choose_one(at, bsdf, choice);
         }
-        rays
+        leaving
     }
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
     fn continues(&self, path: &Path, bxdf: &Bxdf) -> bool {
-        let settings = &self.scene.settings;
-        let below_end = path.depth < settings.max_depth || settings.at_max_depth == AtMaxDepth::Roulette;
-        below_end && (bxdf.kind() != LobeKind::Diffuse || settings.diffuse_bounces)
+        !self.is_last(path) && (bxdf.kind() != LobeKind::Diffuse || self.scene.settings.diffuse_bounces)
     }
 
-    /// What a path sees that may not go on: nothing, which is counted, or the environment.
+    /// Whether `path` may not go beyond the surface that it has reached.
+    pub(super) fn is_last(&self, path: &Path) -> bool {
+        let settings = &self.scene.settings;
+        path.depth >= settings.max_depth && settings.at_max_depth != AtMaxDepth::Roulette
+    }
+
+    /// What a path sees that may not go on ([`is_last`](Self::is_last)): nothing, which is counted, or the environment.
     pub(super) fn end(
         &self,
         path: &Path,
@@ -136,9 +151,6 @@ impl Integrator<'_> {
     ) -> Rgb {
         let mut seen = Rgb::BLACK;
         let settings = &self.scene.settings;
-        if path.depth < settings.max_depth || settings.at_max_depth == AtMaxDepth::Roulette {
-            return seen;
-        }
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
             if bxdf.kind() == LobeKind::Diffuse {
                 if settings.diffuse_bounces {
@@ -183,7 +195,7 @@ impl Integrator<'_> {
         if path.depth >= settings.max_depth && !leaving.emission_only[lobe] {
             // A survivor stands for those that were ended: Arvo and Kirk 1990.
             let survival = beta.max_channel().min(MAX_SURVIVAL);
-            if sampler.pair(index, Dimension::Choice.at(path.depth))[1] >= survival {
+            if sampler.single(index, Dimension::Survival.at(path.depth)) >= survival {
                 return None;
             }
             beta *= survival.recip();
@@ -191,14 +203,19 @@ impl Integrator<'_> {
         if beta.is_black() {
             return None;
         }
+        let glossy = bxdf.kind() == LobeKind::Glossy;
         let child = Path {
             beta,
             slot: path.slot,
             index,
             depth: path.depth + 1,
-            glossy_depth: path.glossy_depth + u32::from(bxdf.kind() == LobeKind::Glossy),
+            glossy_depth: path.glossy_depth + u32::from(glossy),
             split: path.split,
-            ln_rate: sample.ln_pdf + leaving.rate[lobe].ln(),
+            ln_rate: if glossy && !settings.highlights {
+                f32::INFINITY
+            } else {
+                sample.ln_pdf + leaving.rate[lobe].ln()
+            },
             receiver_n: point.at.n,
             emission_only: leaving.emission_only[lobe],
         };

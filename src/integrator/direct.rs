@@ -35,21 +35,23 @@ impl Integrator<'_> {
         point: &SurfaceInteraction,
         bsdf: &Bsdf,
         leaving: &Leaving,
+        choice: f32,
         sampler: &Sampler,
     ) -> Option<Unoccluded> {
-        if !bsdf.lobes().any(|bxdf| bxdf.kind() != LobeKind::Delta) {
+        let takes_light = |bxdf: &Bxdf| match bxdf.kind() {
+            LobeKind::Delta => false,
+            LobeKind::Glossy => self.scene.settings.highlights,
+            LobeKind::Diffuse => true,
+        };
+        if !bsdf.lobes().any(takes_light) {
             return None;
         }
         let receiver = Receiver { p: point.p, n: point.at.n };
-        let choice = sampler.single(path.index, Dimension::LightChoice.at(path.depth));
         let u = sampler.pair(path.index, Dimension::LightDirection.at(path.depth));
         let light = self.scene.lights.sample(&receiver, choice, u)?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
-            let weight = self.light_weight(path, point, bxdf, leaving.rate[lobe], &light);
-            if weight > 0.0 {
-                reflected += bxdf.f_cos(&point.at, light.wi) * weight;
-            }
+            reflected += self.lit(path, point, bxdf, leaving.rate[lobe], &light);
         }
         let radiance = path.beta * reflected * light.le_over_pdf;
         if radiance.is_black() {
@@ -59,29 +61,31 @@ impl Integrator<'_> {
         Some(Unoccluded { radiance, ray })
     }
 
-    /// How much a light sample counts for a lobe, where `rate` rays of the lobe might find the same light.
-    fn light_weight(
+    /// What a lobe reflects of a light sample, by how much that counts where `rate` rays of the lobe might find the
+    /// same light.
+    fn lit(
         &self,
         path: &Path,
         point: &SurfaceInteraction,
         bxdf: &Bxdf,
         rate: f32,
         light: &LightSample,
-    ) -> f32 {
+    ) -> Rgb {
         let settings = &self.scene.settings;
         let beyond_reach = light.ln_pdf == f32::INFINITY;
         match bxdf.kind() {
-            LobeKind::Delta => 0.0,
-            LobeKind::Glossy if beyond_reach && !settings.highlights => 0.0,
+            LobeKind::Delta => Rgb::BLACK,
+            LobeKind::Glossy if !settings.highlights => Rgb::BLACK,
             // What a glossy lobe shows lies one reflection further on, which the path may not take.
-            LobeKind::Glossy if rate == 0.0 && path.depth >= settings.max_depth => 0.0,
-            _ if beyond_reach => 1.0,
+            LobeKind::Glossy if rate == 0.0 && self.is_last(path) => Rgb::BLACK,
+            _ if beyond_reach => bxdf.f_cos(&point.at, light.wi),
             _ => match settings.direct_light {
-                DirectLight::Light => 1.0,
-                DirectLight::Lobe => 0.0,
-                DirectLight::Mis if rate == 0.0 => 1.0,
+                DirectLight::Light => bxdf.f_cos(&point.at, light.wi),
+                DirectLight::Lobe => Rgb::BLACK,
+                DirectLight::Mis if rate == 0.0 => bxdf.f_cos(&point.at, light.wi),
                 DirectLight::Mis => {
-                    power_heuristic(light.ln_pdf, bxdf.ln_pdf(&point.at, light.wi) + rate.ln())
+                    let (f_cos, ln_pdf) = bxdf.evaluate(&point.at, light.wi);
+                    f_cos * power_heuristic(light.ln_pdf, ln_pdf + rate.ln())
                 }
             },
         }

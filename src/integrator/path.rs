@@ -23,7 +23,7 @@ pub(super) struct Path {
     /// Rays that leave its first glossy hit.
     pub split: u32,
     /// Logarithm of rays times density with which the last lobe goes this way; infinite where no light sample
-    /// competes: from the camera and from mirrors.
+    /// competes: from the camera, from mirrors, and from glossy surfaces that sample no lights.
     pub ln_rate: f32,
     /// Normal of the surface that the ray left: what the light's density depends on.
     pub receiver_n: Vec3,

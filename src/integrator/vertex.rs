@@ -1,19 +1,21 @@
 //! One end of a ray: what is seen where it hits, or where it misses.
 
 use super::direct::{Unoccluded, emitter_hit};
-use super::path::{Path, Vertex};
+use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
-use super::wave::Integrator;
-use crate::core::{Hit, Ray, Rgb, Sampler};
+use super::wave::{Integrator, Root, Shadows};
+use crate::core::{Hit, Ray, Rgb};
 
-/// What shading a hit makes.
-pub(super) struct Shaded {
-    /// Light that the path carries to its camera sample at once.
-    pub radiance: Rgb,
-    /// Light that arrives if nothing is in the way.
-    pub direct: Option<Unoccluded>,
-    /// The surface, if rays leave it.
-    pub vertex: Option<Vertex>,
+/// Where what leaves a surface goes.
+pub(super) struct Outgoing<'a> {
+    /// The rays of the next step.
+    pub next: &'a mut Wave,
+    /// Surfaces with more rays than the next step has room for.
+    pub waiting: &'a mut Vec<Vertex>,
+    /// Shadow rays of this step.
+    pub shadows: &'a mut Shadows,
+    /// What is counted.
+    pub tally: &'a mut Tally,
 }
 
 impl Integrator<'_> {
@@ -26,18 +28,10 @@ impl Integrator<'_> {
     }
 
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
-    pub(super) fn shade(
-        &self,
-        path: &Path,
-        ray: &Ray,
-        hit: &Hit,
-        sampler: &Sampler,
-        tally: &mut Tally,
-    ) -> Shaded {
+    pub(super) fn shade(&self, path: &Path, ray: &Ray, hit: &Hit, root: &mut Root, out: &mut Outgoing) {
         let point = self.scene.interaction(ray, hit);
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
-        let mut shaded = Shaded { radiance: Rgb::BLACK, direct: None, vertex: None };
 
         // Light of the surface's own.
         if let Some(emission) = material.emission
@@ -46,25 +40,39 @@ impl Integrator<'_> {
             let weight = geometry
                 .light
                 .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, &point)));
-            shaded.radiance += path.beta * emission * weight;
+            root.add(path.beta * emission * weight, out.tally);
         }
         if path.emission_only {
-            return shaded;
+            return;
         }
         if let Some(ambient) = &material.ambient {
-            shaded.radiance += path.beta * ambient.at(point.p) * self.scene.ambient;
+            root.add(path.beta * ambient.at(point.p) * self.scene.ambient, out.tally);
+        }
+        if !material.reflects() {
+            return;
         }
 
         // Light from elsewhere.
         let bsdf = material.bsdf(point.p);
-        let leaving = self.plan_rays(path, &point.at, &bsdf, sampler);
-        shaded.radiance += self.end(path, &point.at, &bsdf, sampler, tally);
-        if self.has_lights {
-            shaded.direct = self.sample_light(path, &point, &bsdf, &leaving, sampler);
+        let choice = root.choice(path);
+        let leaving = self.plan_rays(path, &point.at, &bsdf, choice[0]);
+        if self.is_last(path) {
+            let seen = self.end(path, &point.at, &bsdf, &root.sampler, out.tally);
+            root.add(seen, out.tally);
+        }
+        if self.samples_lights {
+            match self.sample_light(path, &point, &bsdf, &leaving, choice[1], &root.sampler) {
+                Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
+                Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),
+                None => {}
+            }
         }
         if leaving.remaining() > 0 {
-            shaded.vertex = Some(Vertex { path: *path, point, bsdf, leaving });
+            let mut vertex = Vertex { path: *path, point, bsdf, leaving };
+            self.make_rays(&mut vertex, &root.sampler, out.next);
+            if vertex.leaving.remaining() > 0 {
+                out.waiting.push(vertex);
+            }
         }
-        shaded
     }
 }

@@ -1,37 +1,56 @@
 //! The wave loop: all paths of a wave take one step together.
 
-use super::direct::Unoccluded;
+use super::bounce::Dimension;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
+use super::vertex::Outgoing;
 use crate::accel::{Accelerator, Coherence};
 use crate::core::{Hit, Ray, Rgb, Sampler};
 use crate::film::{Film, PixelRect, RadianceSum};
-use crate::scene::Scene;
+use crate::scene::{Plan, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Paths in a wave, at most.
 ///
 /// Memory is bounded by this times the depth, whatever the numbers of samples.
-const CAPACITY: usize = 4096;
+const CAPACITY: usize = 2048;
 
 /// Radiance of camera samples, by waves of rays.
 pub struct Integrator<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a dyn Accelerator,
-    pub(super) has_lights: bool,
+    pub(super) samples_lights: bool,
     pub(super) capacity: usize,
     log: Option<&'a dyn RayLog>,
 }
 
 /// A camera sample of the wave in work: where its radiance comes together.
-struct Root {
+pub(super) struct Root {
     /// Its pixel, as an index into the tile's film.
     pixel: u32,
     /// The pixel's random numbers.
-    sampler: Sampler,
+    pub sampler: Sampler,
     /// Its radiance so far.
     sum: [RadianceSum; 3],
+}
+
+impl Root {
+    /// Adds light to the sample; what cannot be added is counted.
+    #[inline]
+    pub(super) fn add(&mut self, radiance: Rgb, tally: &mut Tally) {
+        if !radiance.is_black() && tally.dropped.accepts(radiance) {
+            for (sum, channel) in self.sum.iter_mut().zip(radiance.to_array()) {
+                *sum += RadianceSum::from_finite(channel);
+            }
+        }
+    }
+
+    /// The numbers by which a path chooses a lobe and a light.
+    #[inline]
+    pub(super) fn choice(&self, path: &Path) -> [f32; 2] {
+        self.sampler.pair(path.index, Dimension::Choice.at(path.depth))
+    }
 }
 
 /// Samples to be taken.
@@ -58,10 +77,19 @@ pub struct Scratch {
 
 /// Shadow rays and the light that each lets through.
 #[derive(Default)]
-struct Shadows {
+pub(super) struct Shadows {
     rays: Vec<Ray>,
     light: Vec<(u32, Rgb)>,
     occluded: Vec<bool>,
+}
+
+impl Shadows {
+    /// Adds `radiance` to the camera sample `slot` if nothing is in the way of `ray`.
+    #[inline]
+    pub(super) fn push(&mut self, slot: u32, radiance: Rgb, ray: Ray) {
+        self.rays.push(ray);
+        self.light.push((slot, radiance));
+    }
 }
 
 /// Vertices with more rays than the next wave had room for: a list per depth of splitting, the deepest last.
@@ -72,10 +100,18 @@ struct Waiting {
     spare: Vec<Vec<Vertex>>,
 }
 
+impl Waiting {
+    /// Forgets all vertices.
+    fn clear(&mut self) {
+        self.lists.iter_mut().for_each(Vec::clear);
+        self.spare.append(&mut self.lists);
+    }
+}
+
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
-        Self { scene, accel, has_lights: !scene.lights.is_empty(), capacity: CAPACITY, log: None }
+        Self { scene, accel, samples_lights: Plan::of(scene).samples_lights, capacity: CAPACITY, log: None }
     }
 
     /// Tells `log` of every ray.
@@ -88,7 +124,8 @@ impl<'a> Integrator<'a> {
     ///
     /// Each sample's radiance depends on the scene, the settings, the pixel, the sample's number and the splitting
     /// alone. Returns early, with some of the samples done in full, when `stop` becomes true: the samples of a pixel
-    /// are always done in the order of their numbers.
+    /// are always done in the order of their numbers, and one that is not finished is taken back, since what
+    /// follows from one camera ray may take hours where every hit splits.
     pub fn render(
         &self,
         film: &mut Film,
@@ -106,7 +143,9 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 self.start(film.rect, &Work { pixels: block, samples: first..last, ..*work }, scratch);
-                self.trace(scratch, tally);
+                if !self.trace(scratch, tally, stop) {
+                    return;
+                }
                 tally.samples += scratch.roots.len() as u64;
                 for root in &scratch.roots {
                     film.pixels[root.pixel as usize].add(root.sum);
@@ -125,7 +164,8 @@ impl<'a> Integrator<'a> {
         for block in work.pixels.chunks(8) {
             for index in work.samples.clone() {
                 for &(x, y) in block {
-                    let sampler = Sampler::new(settings.sampler, settings.seed, x, y);
+                    let sampler =
+                        Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
@@ -137,14 +177,19 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Follows the paths of the first wave to their ends, depth first where they split.
-    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally) {
+    /// Follows the paths of the first wave to their ends, depth first where they split; false if `stop` came first.
+    fn trace(&self, scratch: &mut Scratch, tally: &mut Tally, stop: &AtomicBool) -> bool {
         loop {
+            if stop.load(Ordering::Relaxed) {
+                scratch.next.clear();
+                scratch.waiting.clear();
+                return false;
+            }
             self.step(scratch, tally);
             std::mem::swap(&mut scratch.wave, &mut scratch.next);
             scratch.next.clear();
             if scratch.wave.len() == 0 && !self.refill(scratch) {
-                return;
+                return true;
             }
         }
     }
@@ -182,27 +227,13 @@ impl<'a> Integrator<'a> {
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
         let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
+        let waiting = waiting.lists.last_mut().expect("each step begins with a list");
+        let mut out = Outgoing { next, waiting, shadows, tally };
         for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
             let root = &mut roots[path.slot as usize];
-            let Some(hit) = hit else {
-                deposit(&mut root.sum, self.miss(path, ray), tally);
-                continue;
-            };
-            let shaded = self.shade(path, ray, hit, &root.sampler, tally);
-            deposit(&mut root.sum, shaded.radiance, tally);
-            match shaded.direct {
-                Some(Unoccluded { radiance, ray: Some(ray) }) => {
-                    shadows.rays.push(ray);
-                    shadows.light.push((path.slot, radiance));
-                }
-                Some(Unoccluded { radiance, ray: None }) => deposit(&mut root.sum, radiance, tally),
-                None => {}
-            }
-            if let Some(mut vertex) = shaded.vertex {
-                self.make_rays(&mut vertex, &root.sampler, next);
-                if vertex.leaving.remaining() > 0 {
-                    waiting.lists.last_mut().expect("each step begins with a list").push(vertex);
-                }
+            match hit {
+                Some(hit) => self.shade(path, ray, hit, root, &mut out),
+                None => root.add(self.miss(path, ray), out.tally),
             }
         }
     }
@@ -221,7 +252,7 @@ impl<'a> Integrator<'a> {
         });
         for (&(slot, radiance), &occluded) in light.iter().zip(&*occluded) {
             if !occluded {
-                deposit(&mut roots[slot as usize].sum, radiance, tally);
+                roots[slot as usize].add(radiance, tally);
             }
         }
     }
@@ -248,16 +279,6 @@ impl<'a> Integrator<'a> {
     }
 }
 
-/// Adds light to a camera sample.
-#[inline]
-fn deposit(sum: &mut [RadianceSum; 3], radiance: Rgb, tally: &mut Tally) {
-    if !radiance.is_black() && tally.dropped.accepts(radiance) {
-        for (sum, channel) in sum.iter_mut().zip(radiance.to_array()) {
-            *sum += RadianceSum::from_finite(channel);
-        }
-    }
-}
-
 /// The pixels of a tile along a Z-order curve of blocks of 4 x 2.
 pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
     let mut order: Vec<_> =
@@ -270,3 +291,7 @@ pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
 fn interleave(x: u32) -> u64 {
     (0..32).fold(0, |z, bit| z | u64::from(x >> bit & 1) << (2 * bit))
 }
+
+#[cfg(test)]
+#[path = "wave_tests.rs"]
+mod tests;

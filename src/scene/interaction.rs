@@ -12,7 +12,7 @@ use glam::Vec3;
 pub struct SurfaceInteraction {
     /// The point, from the primitive itself and not from the ray's parameter.
     pub p: Vec3,
-    /// Bound of the error of `p` along the geometric normal.
+    /// Bound of the error of `p` along the geometric normal, above 0.
     pub p_error: f32,
     /// Directions and normals, on the viewer's side.
     pub at: Incidence,
@@ -29,6 +29,10 @@ const fn gamma(n: f32) -> f32 {
     let eps = 0.5 * f32::EPSILON;
     n * eps / (1.0 - n * eps)
 }
+
+/// Least distance that a ray starts above a surface, in the unit world: where coordinates are exact, such as on a
+/// plane through the origin, the error is 0, and a ray that starts in the plane hits its other triangles there.
+const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
 
 impl Scene {
     /// What `hit` means: the same for every backend.
@@ -67,7 +71,7 @@ impl Scene {
         let ng = if front { ng } else { -ng };
         SurfaceInteraction {
             p,
-            p_error: error,
+            p_error: error.max(LEAST_OFFSET),
             at: Incidence { wo, n: shading_normal(n, ng, wo), ng, front },
             geom_id: hit.geom_id,
             prim_id: hit.prim_id,
@@ -93,13 +97,15 @@ fn shading_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
         return ng;
     }
     // r . ng > 0 with r = 2 (n . wo) n - wo.
-    if 2.0 * cos_o * n.dot(ng) > wo.dot(ng) {
+    let leaves = |n: Vec3| 2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng);
+    if leaves(n) {
         return n;
     }
-    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng.
+    // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng; not
+    // where the two are so nearly opposite that nothing but rounding is left of their sum.
     let r = 2.0 * cos_o * n - wo;
     let lifted = (r - ng * (r.dot(ng) - 0.01 * wo.dot(ng).max(1e-4))).try_normalize();
-    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0).unwrap_or(ng)
+    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0 && leaves(*n)).unwrap_or(ng)
 }
 
 impl SurfaceInteraction {
@@ -119,5 +125,40 @@ impl SurfaceInteraction {
             SelfHit::Primitive | SelfHit::Offset => Skip::None,
         };
         Ray { origin: self.p + side * self.p_error, t_min: 0.0, dir: wi, t_max, skip }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::warp;
+
+    /// Directions of the hemisphere about `n`, the i-th of a sequence, at a height of `cos`.
+    fn at_height(n: Vec3, cos: f32, phi: f32) -> Vec3 {
+        let frame = crate::core::Frame::new(n);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        frame.to_world(Vec3::new(sin * phi.cos(), sin * phi.sin(), cos)).normalize()
+    }
+
+    #[test]
+    fn the_mirror_direction_about_a_shading_normal_leaves_the_surface() {
+        let mut at_grazing = 0;
+        for i in 0..200_000u32 {
+            let u = |k: u32| crate::core::sampler::hash(i * 8 + k) as f32 / u32::MAX as f32;
+            let ng = warp::uniform_sphere([u(0), u(1)]);
+            let n = at_height(ng, u(2), 6.3 * u(3));
+            // From overhead to half an ulp above the surface.
+            let wo = at_height(ng, 10f32.powf(-8.0 * u(4)), 6.3 * u(5));
+            if wo.dot(ng) <= 0.0 {
+                continue;
+            }
+            let bent = shading_normal(n, ng, wo);
+            let r = 2.0 * bent.dot(wo) * bent - wo;
+            assert!((bent.length() - 1.0).abs() < 1e-5, "{bent} is no unit vector");
+            assert!(bent.dot(wo) > 0.0, "{i}: the viewer is behind {bent}");
+            assert!(r.dot(ng) > -1e-7, "{i}: {} below the surface at {}", r.dot(ng), wo.dot(ng));
+            at_grazing += u32::from(wo.dot(ng) < 1e-6);
+        }
+        assert!(at_grazing > 10_000);
     }
 }

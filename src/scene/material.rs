@@ -107,6 +107,12 @@ pub struct Material {
 }
 
 impl Material {
+    /// Whether it has any lobe.
+    #[inline]
+    pub fn reflects(&self) -> bool {
+        self.diffuse.is_some() || self.specular != Specular::None
+    }
+
     /// The lobes at a point of the unit world.
     #[inline]
     pub fn bsdf(&self, p: Vec3) -> Bsdf {

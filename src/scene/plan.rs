@@ -166,7 +166,7 @@ impl LightUse {
         let settings = &scene.settings;
         // Lights that no ray can hit are sampled in any case, the others where the settings say so.
         let takes_points = has_diffuse || (has_glossy && settings.highlights);
-        let takes_others = (has_diffuse || has_glossy) && settings.direct_light != DirectLight::Lobe;
+        let takes_others = takes_points && settings.direct_light != DirectLight::Lobe;
         let (mut samples, mut shadows) = (false, false);
         for light in &scene.lights.lights {
             let (sampled, shadow) = match light {

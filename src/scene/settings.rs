@@ -115,7 +115,8 @@ pub struct Settings {
     pub direct_light: DirectLight,
     /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
     pub diffuse_bounces: bool,
-    /// Whether point and directional lights, which no ray can hit, shine on glossy lobes.
+    /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
+    /// the lecture has it, and point and directional lights, which no ray can hit, do not shine on it.
     pub highlights: bool,
     /// Which numbers are drawn.
     pub sampler: SamplerKind,

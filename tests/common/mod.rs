@@ -11,12 +11,12 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 /// The scene that a TOML text describes.
-pub fn scene(toml: &str) -> Scene {
+pub(crate) fn scene(toml: &str) -> Scene {
     scene_with(toml, &[])
 }
 
 /// The same with overrides.
-pub fn scene_with(toml: &str, overrides: &[(&str, &str)]) -> Scene {
+pub(crate) fn scene_with(toml: &str, overrides: &[(&str, &str)]) -> Scene {
     let overrides: Vec<Override> = overrides
         .iter()
         .map(|(path, value)| Override { path: (*path).into(), value: (*value).into() })
@@ -26,12 +26,12 @@ pub fn scene_with(toml: &str, overrides: &[(&str, &str)]) -> Scene {
 }
 
 /// The scene's picture, on the pure-Rust BVH.
-pub fn picture(scene: &Scene) -> Outcome {
+pub(crate) fn picture(scene: &Scene) -> Outcome {
     picture_on(scene, Backend::Bvh, &RenderOptions::default())
 }
 
 /// The scene's picture.
-pub fn picture_on(scene: &Scene, backend: Backend, options: &RenderOptions<'_>) -> Outcome {
+pub(crate) fn picture_on(scene: &Scene, backend: Backend, options: &RenderOptions<'_>) -> Outcome {
     let accel = accel::build(backend, &scene.shapes, &BuildOptions::default()).expect("the shapes are built");
     let outcome = render(scene, &*accel, options, &Silent, &AtomicBool::new(false));
     assert!(outcome.film.dropped.is_empty(), "{:?}", outcome.film.dropped);
@@ -39,7 +39,7 @@ pub fn picture_on(scene: &Scene, backend: Backend, options: &RenderOptions<'_>) 
 }
 
 /// Mean of the green channel over all pixels, and its standard error from the samples' own spread.
-pub fn mean_and_error(film: &Film) -> (f64, f64) {
+pub(crate) fn mean_and_error(film: &Film) -> (f64, f64) {
     let n = film.pixels.len() as f64;
     let mean = film.pixels.iter().map(|p| p.sum[1].to_f64() / f64::from(p.count)).sum::<f64>() / n;
     let variance = film.pixels.iter().map(|p| p.variance_of_mean()).sum::<f64>() / (n * n);
@@ -47,7 +47,7 @@ pub fn mean_and_error(film: &Film) -> (f64, f64) {
 }
 
 /// Fails unless the picture's mean is `expected` within 5 standard errors (and the rounding of f32).
-pub fn assert_mean(film: &Film, expected: f64, what: &str) {
+pub(crate) fn assert_mean(film: &Film, expected: f64, what: &str) {
     let (mean, error) = mean_and_error(film);
     assert!(
         (mean - expected).abs() < 5.0 * error + 2e-6 * expected.abs(),
@@ -57,7 +57,7 @@ pub fn assert_mean(film: &Film, expected: f64, what: &str) {
 
 /// A unit square at y = 0 about the origin, facing +y, seen under `theta_deg` from far away through a narrow angle,
 /// with the glossy lobe of the policy; nothing else but what `rest` adds.
-pub fn glossy_plate(theta_deg: f64, exponent: f64, horizon: &str, spp: u32, rest: &str) -> String {
+pub(crate) fn glossy_plate(theta_deg: f64, exponent: f64, horizon: &str, spp: u32, rest: &str) -> String {
     let (sin, cos) = theta_deg.to_radians().sin_cos();
     let (x, y) = (100.0 * sin, 100.0 * cos);
     format!(

@@ -19,6 +19,7 @@ mod watertight;
 
 #[cfg(feature = "embree")]
 use gloss::accel::EmbreeMode;
+use gloss::accel::bvh::Isa;
 use gloss::accel::{Backend, Quality};
 use subject::Subject;
 
@@ -47,7 +48,8 @@ macro_rules! conformance {
     };
 }
 
-/// As `conformance`, for builds that are not robust.
+/// As `conformance`, for builds that are not robust; the other backends are always robust.
+#[cfg(feature = "embree")]
 macro_rules! conformance_without_robustness {
     ($($name:ident = $subject:expr;)*) => {
         $(
@@ -110,11 +112,12 @@ conformance! {
     bvh = Subject::new(Backend::Bvh).rays(1_000_000);
     bvh_fast = Subject::new(Backend::Bvh).quality(Quality::Fast);
     bvh_high = Subject::new(Backend::Bvh).quality(Quality::High);
-    bvh_compact = Subject::new(Backend::Bvh).compact();
+    bvh_portable = Subject::bvh_on(Isa::Portable);
 }
 
-conformance_without_robustness! {
-    bvh_not_robust = Subject::new(Backend::Bvh);
+#[cfg(target_arch = "x86_64")]
+conformance! {
+    bvh_sse2 = Subject::bvh_on(Isa::Sse2);
 }
 
 #[cfg(feature = "embree")]

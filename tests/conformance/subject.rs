@@ -1,6 +1,9 @@
 //! A backend with its options, and how hard it is tried.
 
-use gloss::accel::{self, Accelerator, Backend, BuildOptions, Coherence, EmbreeMode, Quality, SkipSupport};
+#[cfg(feature = "embree")]
+use gloss::accel::EmbreeMode;
+use gloss::accel::bvh::{Bvh, Isa};
+use gloss::accel::{self, Accelerator, Backend, BuildOptions, Coherence, Quality, SkipSupport};
 use gloss::core::{Hit, Ray};
 use gloss::geometry::Shape;
 
@@ -8,12 +11,12 @@ use gloss::geometry::Shape;
 pub(crate) const HINTS: [Coherence; 2] = [Coherence::Coherent, Coherence::Incoherent];
 
 /// How a backend is built.
-type Build = fn(&[Shape], &BuildOptions) -> Box<dyn Accelerator>;
+type Build = Box<dyn Fn(&[Shape], &BuildOptions) -> Box<dyn Accelerator>>;
 
 /// What is tested.
 pub(crate) struct Subject {
     build: Build,
-    pub(crate) options: BuildOptions,
+    options: BuildOptions,
     /// Rays against a closed mesh.
     pub(crate) rays: usize,
 }
@@ -21,17 +24,28 @@ pub(crate) struct Subject {
 impl Subject {
     /// A backend as `accel::build` makes it.
     pub(crate) fn new(backend: Backend) -> Self {
-        let build: Build = match backend {
-            Backend::Brute => |shapes, options| accel::build(Backend::Brute, shapes, options).unwrap(),
-            Backend::Bvh => |shapes, options| accel::build(Backend::Bvh, shapes, options).unwrap(),
-            Backend::Embree => |shapes, options| accel::build(Backend::Embree, shapes, options).unwrap(),
-        };
-        Self::made_by(build)
+        Self::made_by(move |shapes, options| accel::build(backend, shapes, options).unwrap())
     }
 
-    /// Any implementation: what a forced variant of a backend registers itself with.
-    pub(crate) fn made_by(build: Build) -> Self {
-        Self { build, options: BuildOptions { threads: 1, ..BuildOptions::default() }, rays: 100_000 }
+    /// The pure-Rust hierarchy, traversed by a given instruction set.
+    pub(crate) fn bvh_on(isa: Isa) -> Self {
+        Self::made_by(move |shapes, options| {
+            let bvh = Bvh::new(shapes, options).unwrap();
+            Box::new(bvh.with_isa(isa).expect("the set is one that every such processor has"))
+        })
+    }
+
+    #[cfg(feature = "embree")]
+    pub(crate) fn embree(mode: EmbreeMode) -> Self {
+        let mut subject = Self::new(Backend::Embree);
+        subject.options.embree_mode = mode;
+        subject
+    }
+
+    /// Any implementation.
+    fn made_by(build: impl Fn(&[Shape], &BuildOptions) -> Box<dyn Accelerator> + 'static) -> Self {
+        let options = BuildOptions { threads: 1, ..BuildOptions::default() };
+        Self { build: Box::new(build), options, rays: 100_000 }
     }
 
     pub(crate) fn rays(self, rays: usize) -> Self {
@@ -43,21 +57,16 @@ impl Subject {
         self
     }
 
+    #[cfg(feature = "embree")]
     pub(crate) fn compact(mut self) -> Self {
         self.options.compact = true;
         self
     }
 
+    #[cfg(feature = "embree")]
     pub(crate) fn not_robust(mut self) -> Self {
         self.options.robust = false;
         self
-    }
-
-    #[cfg(feature = "embree")]
-    pub(crate) fn embree(mode: EmbreeMode) -> Self {
-        let mut subject = Self::new(Backend::Embree);
-        subject.options.embree_mode = mode;
-        subject
     }
 
     pub(crate) fn build(&self, shapes: &[Shape]) -> Box<dyn Accelerator> {

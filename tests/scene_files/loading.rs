@@ -249,6 +249,8 @@ fn skies_and_studios_are_what_they_say() {
     let le = |x: f32, y: f32| studio.le(Vec3::new(1.0, y, x).normalize());
     assert_eq!((le(0.0, 0.0), le(0.5, 0.1)), (Rgb::grey(7.0), Rgb::grey(7.0)));
     assert_eq!((le(0.6, 0.0), le(0.0, 0.2)), (Rgb::grey(1.0), Rgb::grey(1.0)));
+    let cove = environment("type = \"studio\"\nbackground = 1\nzenith = 3\nsoftboxes = []");
+    assert_eq!([Vec3::X, Vec3::Y, Vec3::NEG_Y].map(|w| cove.le(w)), [1.0, 3.0, 1.0].map(Rgb::grey));
     assert!(matches!(environment("type = \"studio\""), Environment::Studio(_)));
 }
 

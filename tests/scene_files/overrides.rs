@@ -57,6 +57,28 @@ fn values_are_replaced_and_added_and_the_last_one_wins() {
 }
 
 #[test]
+fn another_resolution_shows_as_much_as_before_with_either_camera() {
+    let camera = |lens: &str, overrides: &[&str]| {
+        with(&format!("[camera]\nresolution = [600, 200]\n{lens}"), overrides).unwrap().camera
+    };
+    for lens in ["fov_deg = 30", "view_plane_distance = 900\npixel_size = 2"] {
+        let top = |camera: gloss::scene::Camera| {
+            let [width, _] = camera.resolution.map(|n| 0.5 * n as f32);
+            camera.direction(width, 0.0)
+        };
+        let whole = top(camera(lens, &[]));
+        for change in ["camera.resolution=[64, 64]", "camera.resolution.1=1000"] {
+            let off = (top(camera(lens, &[change])) - whole).length();
+            assert!(off < 1e-6, "{lens} {change}: {off}");
+        }
+    }
+    // Unless the size of a pixel is asked for too.
+    let lens = "view_plane_distance = 900\npixel_size = 2";
+    let pixel = camera(lens, &["camera.resolution=[60, 20]", "camera.pixel_size=2"]).right.length();
+    assert!((pixel - 2.0 / 900.0).abs() < 1e-9, "{pixel}");
+}
+
+#[test]
 fn mistakes_in_overrides_are_named_with_the_override() {
     for (overrides, place, part) in [
         (["settings.sp=16"], "-D settings.sp=16: ", "unknown key `sp`; did you mean `spp`?"),

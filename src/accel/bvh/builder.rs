@@ -10,6 +10,7 @@ use super::splits::{LEAST_OVERLAP, Slabs};
 use crate::accel::Quality;
 use crate::geometry::Shape;
 use core::ops::Range;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Most primitives of a leaf that the heuristic may choose to make.
@@ -55,11 +56,12 @@ pub(super) fn build(shapes: &[Shape], quality: Quality) -> Hierarchy {
     let work = Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers };
     let tree = build.tree(work, 0);
     drop((refs, buffer));
-    let extent = bounds.lo.abs().max(bounds.hi.abs()).truncate().max_element();
+    let extent = (bounds.hi - bounds.lo).truncate().max_element();
     tree.assemble(if extent.is_finite() { extent } else { f32::MAX })
 }
 
-/// One reference per primitive, but for those whose box is not a number.
+/// One reference per primitive, but for those whose box is not a number and for triangles without area, which no ray
+/// hits.
 fn references(shapes: &[Shape]) -> Vec<Ref> {
     let mut refs = vec![Ref::NONE; shapes.iter().map(Shape::primitive_count).sum()];
     let mut rest = &mut refs[..];
@@ -70,7 +72,7 @@ fn references(shapes: &[Shape]) -> Vec<Ref> {
             let (lo, hi) = match shape {
                 Shape::Mesh(mesh) => {
                     let [a, b, c] = mesh.triangle(prim_id as u32);
-                    (a.min(b).min(c), a.max(b).max(c))
+                    if is_flat([a, b, c]) { (Vec3::NAN, Vec3::NAN) } else { (a.min(b).min(c), a.max(b).max(c)) }
                 }
                 Shape::Spheres(spheres) => {
                     let b = spheres[prim_id].bounds();
@@ -82,6 +84,13 @@ fn references(shapes: &[Shape]) -> Vec<Ref> {
     }
     refs.retain(|r| r.bounds().is_valid());
     refs
+}
+
+/// Whether the corners lie on one line, exactly.
+#[inline]
+fn is_flat(corners: [Vec3; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| p.as_dvec3());
+    (b - a).cross(c - a) == DVec3::ZERO
 }
 
 /// A node to be: its references are `refs[items]`, and `other` has as much room.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Node            256 bytes: 6 x 8 planes, 8 children, 8 octant orders
-//! TriangleBlock   192 bytes: 3 corners x 3 axes x 4 triangles, their ids
+//! TriangleBlock   192 bytes: 3 corners x 3 axes x 4 triangles, their ids and flat axes
 //! SphereBlock     128 bytes: 4 spheres, their ids
 //! ```
 
@@ -16,6 +16,9 @@ pub(super) const WIDTH: usize = 8;
 
 /// An id that no geometry and no primitive has: empty lanes, and rays that skip nothing.
 pub(super) const NO_ID: u32 = u32::MAX;
+
+/// A triangle that lies across all axes.
+pub(super) const NOT_FLAT: u8 = 3;
 
 /// Where a child is: a node's index, or a leaf's first block and number of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,12 +127,21 @@ pub(super) struct TriangleBlock {
     pub(super) geom_ids: [u32; BLOCK],
     /// Primitive ids.
     pub(super) prim_ids: [u32; BLOCK],
+    /// The axis of which all three corners have the same coordinate, or [`NOT_FLAT`].
+    pub(super) flat_axes: [u8; BLOCK],
+    /// Whether one of the triangles is flat.
+    pub(super) any_flat: bool,
 }
 
 impl TriangleBlock {
     /// No triangles.
-    pub(super) const EMPTY: Self =
-        Self { corners: [[[f32::NAN; BLOCK]; 3]; 3], geom_ids: [NO_ID; BLOCK], prim_ids: [NO_ID; BLOCK] };
+    pub(super) const EMPTY: Self = Self {
+        corners: [[[f32::NAN; BLOCK]; 3]; 3],
+        geom_ids: [NO_ID; BLOCK],
+        prim_ids: [NO_ID; BLOCK],
+        flat_axes: [NOT_FLAT; BLOCK],
+        any_flat: false,
+    };
 }
 
 /// Four spheres; unused lanes have the id [`NO_ID`].
@@ -157,7 +169,7 @@ impl SphereBlock {
 pub(super) struct Hierarchy {
     /// Where every ray starts.
     pub(super) root: Child,
-    /// Greatest absolute coordinate: the scale of rounding errors.
+    /// Greatest edge of the box around everything.
     pub(super) extent: f32,
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleBlock>,

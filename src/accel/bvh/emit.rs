@@ -55,7 +55,14 @@ fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
         let Shape::Mesh(mesh) = &shapes[r.geom_id() as usize] else { continue };
-        for (to, corner) in block.corners.iter_mut().zip(mesh.triangle(r.prim_id())) {
+        let corners = mesh.triangle(r.prim_id());
+        let is_flat =
+            |axis: usize| corners[0][axis] == corners[1][axis] && corners[0][axis] == corners[2][axis];
+        if let Some(axis) = (0..3).find(|&axis| is_flat(axis)) {
+            block.flat_axes[lane] = axis as u8;
+            block.any_flat = true;
+        }
+        for (to, corner) in block.corners.iter_mut().zip(corners) {
             for (axis, lanes) in to.iter_mut().enumerate() {
                 lanes[lane] = corner[axis];
             }

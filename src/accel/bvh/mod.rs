@@ -6,25 +6,28 @@
 //! test is the same arithmetic on every path and instruction set, and boxes are tested with room for its rounding,
 //! so an answer does not depend on the order of traversal, the batch or the machine.
 
+mod batch;
 mod binning;
 mod builder;
 mod data;
 mod emit;
+mod packet;
 mod ray;
 mod simd;
 mod single;
 mod sphere;
 mod splits;
+mod stream;
 mod triangle;
 
 pub use simd::Isa;
 
-use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
+use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence, exact};
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
+use batch::{Any, Closest, Grouping};
 use data::{Child, Hierarchy};
-use ray::{Best, Prepared};
-use simd::{Available, Kernel, Simd};
+use simd::Available;
 use std::time::Instant;
 
 /// The hierarchy.
@@ -33,6 +36,8 @@ use std::time::Instant;
 /// structure is smaller than Embree's fast one as it is.
 pub struct Bvh {
     data: Hierarchy,
+    /// What the hierarchy is over: an answer's numbers come from the primitive itself.
+    shapes: Vec<Shape>,
     isa: Available,
     single_rays: bool,
     build_seconds: f64,
@@ -57,7 +62,7 @@ impl Bvh {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
         }
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { data, isa: Available::best(), single_rays: false, build_seconds })
+        Ok(Self { data, shapes: shapes.to_vec(), isa: Available::best(), single_rays: false, build_seconds })
     }
 
     /// The same hierarchy traversed by another instruction set, or `None` if this processor lacks it. For tests and
@@ -69,6 +74,23 @@ impl Bvh {
     /// The same hierarchy without packets and streams. For tests and benchmarks: the answers are the same.
     pub fn with_single_rays(self) -> Self {
         Self { single_rays: true, ..self }
+    }
+
+    /// Computes a hit's numbers anew, in f64: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits.
+    ///
+    /// The corners that it reads are those that shading needs next.
+    #[inline]
+    fn polish(&self, ray: &Ray, hit: &mut Hit) {
+        if let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize]
+            && let Some(point) = exact::nearest_on_triangle(ray, mesh.triangle(hit.prim_id))
+        {
+            let t = (point.t as f32).clamp(ray.t_min, ray.t_max);
+            *hit = Hit { t, u: point.u as f32, v: point.v as f32, ..*hit };
+        }
+    }
+
+    fn grouping(&self, coherence: Coherence) -> Grouping {
+        if self.single_rays { Grouping::Single } else { Grouping::Groups(coherence) }
     }
 }
 
@@ -84,57 +106,20 @@ fn in_pool<T: Send>(threads: usize, build: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// Closest hits, one ray after the other.
-struct ClosestSingle<'a> {
-    data: &'a Hierarchy,
-    rays: &'a [Ray],
-    hits: &'a mut [Option<Hit>],
-}
-
-impl Kernel for ClosestSingle<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let mut stack = single::Stack::new();
-        for (ray, hit) in self.rays.iter().zip(self.hits) {
-            *hit = None;
-            let Some(ray) = Prepared::new(ray, self.data.extent) else { continue };
-            let mut best = Best::none(ray.t_max);
-            if single::traverse::<S, false>(simd, self.data, &ray, &mut stack, self.data.root, &mut best) {
-                *hit = Some(best.hit(&ray));
+impl Accelerator for Bvh {
+    fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        self.isa.run(Closest { data: &self.data, grouping: self.grouping(coherence), rays, hits });
+        for (ray, hit) in rays.iter().zip(hits) {
+            if let Some(hit) = hit {
+                self.polish(ray, hit);
             }
         }
     }
-}
 
-/// Any hits, one ray after the other.
-struct AnySingle<'a> {
-    data: &'a Hierarchy,
-    rays: &'a [Ray],
-    occluded: &'a mut [bool],
-}
-
-impl Kernel for AnySingle<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let mut stack = single::Stack::new();
-        for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            *occluded = Prepared::new(ray, self.data.extent).is_some_and(|ray| {
-                let mut best = Best::none(ray.t_max);
-                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, self.data.root, &mut best)
-            });
-        }
-    }
-}
-
-impl Accelerator for Bvh {
-    fn intersect(&self, rays: &[Ray], _: Coherence, hits: &mut [Option<Hit>]) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        self.isa.run(ClosestSingle { data: &self.data, rays, hits });
-    }
-
-    fn occluded(&self, rays: &[Ray], _: Coherence, occluded: &mut [bool]) {
+    fn occluded(&self, rays: &[Ray], coherence: Coherence, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        self.isa.run(AnySingle { data: &self.data, rays, occluded });
+        self.isa.run(Any { data: &self.data, grouping: self.grouping(coherence), rays, occluded });
     }
 
     fn info(&self) -> AccelInfo {

@@ -1,29 +1,25 @@
 //! What a ray is turned into once, before it meets any box or primitive.
 
-use super::data::{BLOCK, NO_ID};
+use super::data::NO_ID;
 use crate::core::{Hit, Ray, Skip};
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
-/// Relative error that the slab test grants to exits: 16 times what its own roundings and those of the triangle
-/// test can add up to in units of 2^-24 (after Ize 2013, "Robust BVH Ray Traversal").
+/// What the slab test multiplies exits by: room for its own three roundings at either end and for those of the
+/// triangle test, several times over (after Ize 2013, "Robust BVH Ray Traversal").
 pub(super) const EXIT_INFLATION: f32 = 1.0 + 16.0 * f32::EPSILON;
 
 /// A box that starts this much behind the closest hit so far is still looked into, so that rounding in `t` does
 /// not make the answer depend on who was looked at first.
 pub(super) const CULL_INFLATION: f32 = 1.0 + 1e-5;
 
-/// Direction components below this fraction of one are raised to it: their reciprocals stay finite.
-const LEAST_DIRECTION: f32 = 1e-18;
-
 /// Directions outside these lengths are scaled by a power of two first.
-const LEAST_LENGTH: f32 = 1e-6;
-const GREATEST_LENGTH: f32 = 1e6;
+pub(super) const LEAST_LENGTH: f32 = 1e-6;
+pub(super) const GREATEST_LENGTH: f32 = 1e6;
 
 /// A ray in the form that the inner loops read.
 ///
-/// `t` of a box plane is `plane * rcp - offset`. The offsets widen every box by `4 ulp` of the origin's coordinate
-/// in space, which covers the cancellation in that form on every instruction set; the relative part is
-/// [`EXIT_INFLATION`].
+/// `t` of a box plane is `(origin - plane) * neg_rcp`, which is right to three roundings however near or far the
+/// plane is. Parallel to the plane it is infinite, or NaN on it, which the slab test takes for "no bound".
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prepared {
     /// Origin, and the axes in the order of the shear: `axes[2]` is the one along which the ray is fastest.
@@ -32,55 +28,31 @@ pub(super) struct Prepared {
     /// `dir[axes[0]] / dir[axes[2]]`, `dir[axes[1]] / dir[axes[2]]`, `1 / dir[axes[2]]`
     /// (Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
     pub(super) shear: [f32; 3],
-    pub(super) rcp: [f32; 3],
-    pub(super) near_offset: [f32; 3],
-    pub(super) far_offset: [f32; 3],
+    /// `-1 / dir`, by axis.
+    pub(super) neg_rcp: [f32; 3],
+    /// The same with [`EXIT_INFLATION`].
+    pub(super) neg_rcp_far: [f32; 3],
     /// 1 where the direction is negative: which plane of a slab comes first.
     pub(super) sign: [usize; 3],
     pub(super) t_min: f32,
     pub(super) t_max: f32,
-    pub(super) dir: [f32; 3],
-    /// `t` of the ray as it was given, for one `t` here: a power of two.
-    pub(super) t_unscale: f32,
-    pub(super) skip: SkipIds,
-}
-
-/// A skip rule as two compares.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SkipIds {
-    geom: u32,
-    prim: u32,
-    any_prim: bool,
-}
-
-impl SkipIds {
-    #[inline(always)]
-    fn new(skip: Skip) -> Self {
-        match skip {
-            Skip::None => Self { geom: NO_ID, prim: NO_ID, any_prim: false },
-            Skip::Primitive { geom, prim } => Self { geom, prim, any_prim: false },
-            Skip::Geometry(geom) => Self { geom, prim: NO_ID, any_prim: true },
-        }
-    }
-
-    /// Whether the rule rejects a primitive. Unused lanes never get here.
-    #[inline(always)]
-    pub(super) fn rejects(self, geom: u32, prim: u32) -> bool {
-        self.geom == geom && (self.any_prim || self.prim == prim)
-    }
+    /// `t` here, for one `t` of the ray as it was given: a power of two.
+    pub(super) t_scale: f32,
+    pub(super) skip: Skip,
 }
 
 impl Prepared {
-    /// The inner form of a ray among coordinates up to `extent`; `None` for an inactive one.
+    /// The inner form of a ray; `None` for an inactive one.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray, extent: f32) -> Option<Self> {
+    pub(super) fn new(ray: &Ray) -> Option<Self> {
+        let (origin, mut dir) = (Vec3A::from(ray.origin), Vec3A::from(ray.dir));
         // The test of `Ray::is_active` without its branches: zero times anything infinite or NaN is NaN.
-        let zero = 0.0 * ray.origin + 0.0 * ray.dir;
-        if !(ray.t_min <= ray.t_max && zero.x + zero.y + zero.z == 0.0) {
+        let zero = (0.0 * origin + 0.0 * dir).element_sum();
+        if !(ray.t_min <= ray.t_max && zero == 0.0) {
             return None;
         }
-        let (mut dir, mut t_scale) = (ray.dir, 1.0);
-        let longest = dir.x.abs().max(dir.y.abs()).max(dir.z.abs());
+        let mut t_scale = 1.0;
+        let longest = dir.abs().max_element();
         if !(LEAST_LENGTH..=GREATEST_LENGTH).contains(&longest) {
             if longest == 0.0 {
                 return None;
@@ -88,28 +60,34 @@ impl Prepared {
             t_scale = power_of_two_below(longest);
             dir /= t_scale;
         }
-        let safe = |d: f32| if d.abs() < LEAST_DIRECTION { LEAST_DIRECTION.copysign(d) } else { d };
-        let rcp = Vec3::ONE / Vec3::new(safe(dir.x), safe(dir.y), safe(dir.z));
-        let center = ray.origin * rcp;
-        let slack = (4.0 * f32::EPSILON * ray.origin.abs() + 1e-12 * extent) * rcp.abs();
+        let neg_rcp = -1.0 / dir;
+        let signs = neg_rcp.cmpgt(Vec3A::ZERO).bitmask() as usize;
 
-        let (dir, rcp) = (dir.to_array(), rcp.to_array());
+        let neg_rcp_far = (EXIT_INFLATION * neg_rcp).to_array();
+        let (dir, neg_rcp) = (dir.to_array(), neg_rcp.to_array());
         let axes = AXES[fastest_axis(dir)];
-        let z = rcp[axes[2]];
+        let z = -neg_rcp[axes[2]];
         Some(Self {
-            origin: ray.origin.to_array(),
+            origin: origin.to_array(),
             axes,
             shear: [dir[axes[0]] * z, dir[axes[1]] * z, z],
-            rcp,
-            near_offset: (center + slack).to_array(),
-            far_offset: (center - slack).to_array(),
-            sign: rcp.map(|r| (r.to_bits() >> 31) as usize),
+            neg_rcp,
+            neg_rcp_far,
+            sign: [signs & 1, signs >> 1 & 1, signs >> 2 & 1],
             t_min: ray.t_min * t_scale,
             t_max: ray.t_max * t_scale,
-            dir,
-            t_unscale: 1.0 / t_scale,
-            skip: SkipIds::new(ray.skip),
+            t_scale,
+            skip: ray.skip,
         })
+    }
+
+    /// The direction, for the tests that need it.
+    pub(super) fn dir(&self) -> Vec3 {
+        let mut dir = Vec3::ZERO;
+        let [x, y, z] = self.axes;
+        (dir[x], dir[y], dir[z]) =
+            (self.shear[0] / self.shear[2], self.shear[1] / self.shear[2], 1.0 / self.shear[2]);
+        dir
     }
 
     /// The octant of the direction: bit k is set where axis k is negative.
@@ -120,7 +98,7 @@ impl Prepared {
 }
 
 /// Axes of the shear for each fastest axis.
-const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// Index of the greatest component, without branches: incoherent rays would mispredict them.
 #[inline(always)]
@@ -143,35 +121,32 @@ pub(super) struct Best {
     pub(super) t: f32,
     pub(super) geom_id: u32,
     pub(super) prim_id: u32,
-    /// Which of the block's triangles it is, and the block's edge functions and their sums: the barycentrics are
-    /// divided out for the one hit that remains.
-    pub(super) lane: usize,
-    pub(super) weights: [[f32; BLOCK]; 3],
+    /// Edge functions of the second and third corner, and the sum of all: the barycentrics are divided out for the
+    /// one hit that remains.
+    pub(super) weights: [f32; 3],
 }
 
 impl Best {
     /// Nothing yet, before `t_max`.
     #[inline(always)]
     pub(super) fn none(t_max: f32) -> Self {
-        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, lane: 0, weights: [[0.0; BLOCK]; 3] }
+        Self { t: t_max, geom_id: NO_ID, prim_id: NO_ID, weights: [0.0, 0.0, 1.0] }
     }
 
-    /// Whether a hit is nearer, or as near with smaller ids: a total order, so no path can disagree.
+    /// Whether anything was hit.
     #[inline(always)]
-    pub(super) fn loses_to(&self, t: f32, geom_id: u32, prim_id: u32) -> bool {
-        t < self.t || (t == self.t && (geom_id, prim_id) < (self.geom_id, self.prim_id))
+    pub(super) fn is_hit(&self) -> bool {
+        self.geom_id != NO_ID
     }
 
-    /// The hit as callers know it.
+    /// The hit as callers know it, if there is one.
     #[inline(always)]
-    pub(super) fn hit(&self, ray: &Prepared) -> Hit {
-        let [v, w, det] = self.weights.map(|lanes| lanes[self.lane % BLOCK]);
-        Hit {
-            t: self.t * ray.t_unscale,
-            u: v / det,
-            v: w / det,
-            geom_id: self.geom_id,
-            prim_id: self.prim_id,
+    pub(super) fn hit(&self, ray: &Prepared) -> Option<Hit> {
+        if !self.is_hit() {
+            return None;
         }
+        let [v, w, det] = self.weights;
+        let t = self.t / ray.t_scale;
+        Some(Hit { t, u: v / det, v: w / det, geom_id: self.geom_id, prim_id: self.prim_id })
     }
 }

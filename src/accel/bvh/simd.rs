@@ -4,8 +4,7 @@
 //! [`Isa::run`] is inlined into a function with the right `#[target_feature]`. A vector of a set can only be made
 //! by that set's token, and a token only by [`Isa::run`] after detection: that is why the operations are safe.
 //!
-//! Sums, products, quotients, minima and comparisons round alike on every set; only [`Lanes::mul_sub`] may be
-//! fused, so nothing that an answer is made of may use it.
+//! Every operation gives the same bits on every set; there is no fused multiply-add, which would not.
 
 #![allow(unsafe_code)] // Intrinsics: the reasons are at the blocks.
 
@@ -76,7 +75,7 @@ impl Available {
 
     /// Runs the kernel, compiled for the set.
     #[inline]
-    pub(super) fn run<K: Kernel>(self, kernel: K) {
+    pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             // SAFETY: `self` exists only if `is_available` found every feature that `run_avx2` enables.
             #[cfg(target_arch = "x86_64")]
@@ -90,25 +89,28 @@ impl Available {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn run_avx2<K: Kernel>(kernel: K) {
-    kernel.run(Avx2(()));
+#[inline(never)]
+fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Avx2(()))
 }
 
 #[cfg(target_arch = "x86_64")]
 #[inline(never)]
-fn run_sse2<K: Kernel>(kernel: K) {
-    kernel.run(Sse2(()));
+fn run_sse2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Sse2(()))
 }
 
 #[inline(never)]
-fn run_portable<K: Kernel>(kernel: K) {
-    kernel.run(Portable);
+fn run_portable<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Portable)
 }
 
 /// A loop to compile for each instruction set; `run` has to be `#[inline(always)]`, and so has what it calls.
 pub(super) trait Kernel {
+    /// What it gives.
+    type Output;
     /// The loop.
-    fn run<S: Simd>(self, simd: S);
+    fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// Lane masks.
@@ -130,8 +132,6 @@ pub(super) trait Lanes<const N: usize>:
     fn min(self, other: Self) -> Self;
     /// `self > other ? self : other`: the other where either is NaN.
     fn max(self, other: Self) -> Self;
-    /// `self * factor - offset`, in one or two roundings: for conservative bounds only.
-    fn mul_sub(self, factor: Self, offset: Self) -> Self;
     /// `self <= other`, false for NaN.
     fn le(self, other: Self) -> Self::Mask;
     /// `self != other`, true for NaN.
@@ -148,6 +148,8 @@ pub(super) trait Simd: Copy {
     type F4: Lanes<4>;
     /// Eight floats.
     type F8: Lanes<8>;
+    /// Eight sets of 32.
+    type Marks: Copy;
     /// Whether packets and streams were measured to win over single rays on this set.
     const BATCHES: bool;
 
@@ -159,6 +161,15 @@ pub(super) trait Simd: Copy {
     fn load8(self, from: &[f32; 8]) -> Self::F8;
     /// One float, eight times.
     fn splat8(self, x: f32) -> Self::F8;
+
+    /// The lanes whose bits are set.
+    fn mask8(self, bits: u32) -> <Self::F8 as Lanes<8>>::Mask;
+    /// Eight empty sets.
+    fn no_marks(self) -> Self::Marks;
+    /// The sets with `bit` added to those of the mask's lanes.
+    fn mark(self, marks: Self::Marks, mask: <Self::F8 as Lanes<8>>::Mask, bit: u32) -> Self::Marks;
+    /// The sets in memory.
+    fn marks(self, marks: Self::Marks) -> [u32; 8];
 
     /// Asks for four cache lines from an address, which may be any.
     #[inline(always)]
@@ -259,10 +270,6 @@ impl<const N: usize> Lanes<N> for Array<N> {
         self
     }
     #[inline(always)]
-    fn mul_sub(self, factor: Self, offset: Self) -> Self {
-        self * factor - offset
-    }
-    #[inline(always)]
     fn le(self, o: Self) -> Bits {
         self.compare(o, |a, b| a <= b)
     }
@@ -286,6 +293,7 @@ impl<const N: usize> Lanes<N> for Array<N> {
 impl Simd for Portable {
     type F4 = Array<4>;
     type F8 = Array<8>;
+    type Marks = [u32; 8];
     const BATCHES: bool = false;
     #[inline(always)]
     fn load4(self, from: &[f32; 4]) -> Array<4> {
@@ -302,6 +310,25 @@ impl Simd for Portable {
     #[inline(always)]
     fn splat8(self, x: f32) -> Array<8> {
         Array([x; 8])
+    }
+    #[inline(always)]
+    fn mask8(self, bits: u32) -> Bits {
+        Bits(bits)
+    }
+    #[inline(always)]
+    fn no_marks(self) -> [u32; 8] {
+        [0; 8]
+    }
+    #[inline(always)]
+    fn mark(self, mut marks: [u32; 8], mask: Bits, bit: u32) -> [u32; 8] {
+        for (i, mark) in marks.iter_mut().enumerate() {
+            *mark |= if mask.0 >> i & 1 == 1 { bit } else { 0 };
+        }
+        marks
+    }
+    #[inline(always)]
+    fn marks(self, marks: [u32; 8]) -> [u32; 8] {
+        marks
     }
 }
 
@@ -377,7 +404,7 @@ mod x86 {
     macro_rules! lanes {
         ($type:ident, $n:literal, bits |$m:ident| $bits:expr, splat |$x:ident| $splat:expr,
          min |$a0:ident, $b0:ident| $min:expr, max |$a1:ident, $b1:ident| $max:expr,
-         mul_sub |$a2:ident, $b2:ident, $c2:ident| $mul_sub:expr, le |$a3:ident, $b3:ident| $le:expr,
+         le |$a3:ident, $b3:ident| $le:expr,
          ne |$a4:ident, $b4:ident| $ne:expr, select |$k:ident, $a5:ident, $b5:ident| $select:expr,
          store |$v:ident, $to:ident| $store:expr) => {
             impl Mask for $type {
@@ -406,12 +433,6 @@ mod x86 {
                     let $a1 = self;
                     // SAFETY: see above the first macro.
                     unsafe { $max }
-                }
-                #[inline(always)]
-                fn mul_sub(self, $b2: Self, $c2: Self) -> Self {
-                    let $a2 = self;
-                    // SAFETY: see above the first macro.
-                    unsafe { $mul_sub }
                 }
                 #[inline(always)]
                 fn le(self, $b3: Self) -> Self {
@@ -447,7 +468,7 @@ mod x86 {
     lanes! { Sse4, 4,
         bits |m| _mm_movemask_ps(m.0) as u32, splat |x| Self(_mm_set1_ps(x)),
         min |a, b| Self(_mm_min_ps(a.0, b.0)), max |a, b| Self(_mm_max_ps(a.0, b.0)),
-        mul_sub |a, b, c| Self(_mm_sub_ps(_mm_mul_ps(a.0, b.0), c.0)), le |a, b| Self(_mm_cmple_ps(a.0, b.0)),
+        le |a, b| Self(_mm_cmple_ps(a.0, b.0)),
         ne |a, b| Self(_mm_cmpneq_ps(a.0, b.0)),
         select |k, a, b| Self(_mm_or_ps(_mm_and_ps(k.0, a.0), _mm_andnot_ps(k.0, b.0))),
         store |v, to| _mm_storeu_ps(to, v.0)
@@ -457,7 +478,6 @@ mod x86 {
         splat |x| Self(_mm_set1_ps(x), _mm_set1_ps(x)),
         min |a, b| Self(_mm_min_ps(a.0, b.0), _mm_min_ps(a.1, b.1)),
         max |a, b| Self(_mm_max_ps(a.0, b.0), _mm_max_ps(a.1, b.1)),
-        mul_sub |a, b, c| Self(_mm_sub_ps(_mm_mul_ps(a.0, b.0), c.0), _mm_sub_ps(_mm_mul_ps(a.1, b.1), c.1)),
         le |a, b| Self(_mm_cmple_ps(a.0, b.0), _mm_cmple_ps(a.1, b.1)),
         ne |a, b| Self(_mm_cmpneq_ps(a.0, b.0), _mm_cmpneq_ps(a.1, b.1)),
         select |k, a, b| Self(
@@ -469,7 +489,6 @@ mod x86 {
     lanes! { Avx8, 8,
         bits |m| _mm256_movemask_ps(m.0) as u32, splat |x| Self(_mm256_set1_ps(x)),
         min |a, b| Self(_mm256_min_ps(a.0, b.0)), max |a, b| Self(_mm256_max_ps(a.0, b.0)),
-        mul_sub |a, b, c| Self(_mm256_fmsub_ps(a.0, b.0, c.0)),
         le |a, b| Self(_mm256_cmp_ps::<_CMP_LE_OQ>(a.0, b.0)),
         ne |a, b| Self(_mm256_cmp_ps::<_CMP_NEQ_UQ>(a.0, b.0)),
         select |k, a, b| Self(_mm256_blendv_ps(b.0, a.0, k.0)),
@@ -481,6 +500,7 @@ mod x86 {
             impl Simd for $token {
                 type F4 = Sse4;
                 type F8 = $f8;
+                type Marks = $f8;
                 const BATCHES: bool = $batches;
                 #[inline(always)]
                 fn load4(self, from: &[f32; 4]) -> Sse4 {
@@ -502,6 +522,23 @@ mod x86 {
                 fn splat8(self, $x: f32) -> $f8 {
                     // SAFETY: the token proves the features.
                     unsafe { $splat }
+                }
+                #[inline(always)]
+                fn mask8(self, bits: u32) -> $f8 {
+                    let lane = |i: u32| f32::from_bits((bits >> i & 1).wrapping_neg());
+                    self.load8(&[lane(0), lane(1), lane(2), lane(3), lane(4), lane(5), lane(6), lane(7)])
+                }
+                #[inline(always)]
+                fn no_marks(self) -> $f8 {
+                    self.splat8(0.0)
+                }
+                #[inline(always)]
+                fn mark(self, marks: $f8, mask: $f8, bit: u32) -> $f8 {
+                    marks | mask & self.splat8(f32::from_bits(bit))
+                }
+                #[inline(always)]
+                fn marks(self, marks: $f8) -> [u32; 8] {
+                    marks.to_array().map(f32::to_bits)
                 }
             }
         )* };

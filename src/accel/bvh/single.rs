@@ -1,7 +1,7 @@
 //! One ray at a time: depth first, nearest child first, hit children prefetched while they are being sorted.
 
 use super::data::{Child, Hierarchy, Node, TriangleBlock};
-use super::ray::{Best, CULL_INFLATION, EXIT_INFLATION, Prepared};
+use super::ray::{Best, CULL_INFLATION, Prepared};
 use super::simd::{Lanes, Mask, Simd};
 use super::{sphere, triangle};
 
@@ -36,30 +36,30 @@ fn entry(distance: f32, child: Child) -> u64 {
 
 /// The slab test's constants over eight lanes.
 pub(super) struct Slabs<F> {
-    rcp: [F; 3],
-    near: [F; 3],
-    far: [F; 3],
+    origin: [F; 3],
+    neg_rcp: [F; 3],
+    neg_rcp_far: [F; 3],
     t_min: F,
-    inflation: F,
 }
 
 impl<F: Lanes<8>> Slabs<F> {
     #[inline(always)]
     pub(super) fn new<S: Simd<F8 = F>>(simd: S, ray: &Prepared) -> Self {
-        let splat3 = |v: [f32; 3]| [simd.splat8(v[0]), simd.splat8(v[1]), simd.splat8(v[2])];
+        let [ox, oy, oz] = ray.origin;
+        let [rx, ry, rz] = ray.neg_rcp;
+        let [fx, fy, fz] = ray.neg_rcp_far;
         Self {
-            rcp: splat3(ray.rcp),
-            near: splat3(ray.near_offset),
-            far: splat3(ray.far_offset),
+            origin: [simd.splat8(ox), simd.splat8(oy), simd.splat8(oz)],
+            neg_rcp: [simd.splat8(rx), simd.splat8(ry), simd.splat8(rz)],
+            neg_rcp_far: [simd.splat8(fx), simd.splat8(fy), simd.splat8(fz)],
             t_min: simd.splat8(ray.t_min),
-            inflation: simd.splat8(EXIT_INFLATION),
         }
     }
 
     /// Entry distances of the eight boxes, and which of them the ray enters before `t_max`.
     ///
-    /// A NaN (an infinite plane of a ray that is parallel to it) is on the left of each `min` and `max`, which
-    /// then return the right operand: the box is kept.
+    /// A NaN (a plane that the ray runs in) never stays: `min` and `max` return the right operand if the left one is
+    /// NaN, and the rightmost is a number.
     #[inline(always)]
     pub(super) fn enter<S: Simd<F8 = F>>(
         &self,
@@ -67,22 +67,22 @@ impl<F: Lanes<8>> Slabs<F> {
         ray: &Prepared,
         node: &Node,
         t_max: f32,
-    ) -> (F, u32) {
+    ) -> (F, F::Mask) {
         let [x, y, z] = &node.planes;
         let [sx, sy, sz] = ray.sign;
-        let near_x = simd.load8(&x[sx & 1]).mul_sub(self.rcp[0], self.near[0]);
-        let near_y = simd.load8(&y[sy & 1]).mul_sub(self.rcp[1], self.near[1]);
-        let near_z = simd.load8(&z[sz & 1]).mul_sub(self.rcp[2], self.near[2]);
-        let far_x = simd.load8(&x[sx & 1 ^ 1]).mul_sub(self.rcp[0], self.far[0]);
-        let far_y = simd.load8(&y[sy & 1 ^ 1]).mul_sub(self.rcp[1], self.far[1]);
-        let far_z = simd.load8(&z[sz & 1 ^ 1]).mul_sub(self.rcp[2], self.far[2]);
+        let near_x = (self.origin[0] - simd.load8(&x[sx & 1])) * self.neg_rcp[0];
+        let near_y = (self.origin[1] - simd.load8(&y[sy & 1])) * self.neg_rcp[1];
+        let near_z = (self.origin[2] - simd.load8(&z[sz & 1])) * self.neg_rcp[2];
+        let far_x = (self.origin[0] - simd.load8(&x[sx & 1 ^ 1])) * self.neg_rcp_far[0];
+        let far_y = (self.origin[1] - simd.load8(&y[sy & 1 ^ 1])) * self.neg_rcp_far[1];
+        let far_z = (self.origin[2] - simd.load8(&z[sz & 1 ^ 1])) * self.neg_rcp_far[2];
         let near = near_x.max(near_y).max(near_z.max(self.t_min));
-        let far = (far_x.min(far_y).min(far_z) * self.inflation).min(simd.splat8(t_max));
-        (near, near.le(far).bits())
+        let far = far_x.min(far_y).min(far_z.min(simd.splat8(t_max)));
+        (near, near.le(far))
     }
 }
 
-/// Closest hit (or any, for `ANY`) from `start` down, improving on `best`. Whether it improved.
+/// The best of `best` and what the ray hits from `start` down; for `ANY`, the first hit that is better.
 #[inline(always)]
 pub(super) fn traverse<S: Simd, const ANY: bool>(
     simd: S,
@@ -90,94 +90,115 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     ray: &Prepared,
     stack: &mut Stack,
     start: Child,
-    best: &mut Best,
-) -> bool {
+    mut best: Best,
+) -> Best {
     let slabs = Slabs::new(simd, ray);
-    let leaf = Leaf { shear: triangle::Shear::of_ray(simd, ray), t_min: simd.splat4(ray.t_min) };
     let mut limit = best.t * CULL_INFLATION;
-    let mut improved = false;
+    let shear = triangle::Shear::of_ray(simd, ray);
     let mut top = 0;
     let mut current = start;
     loop {
         'descend: while !current.is_leaf() {
             let node = &data.nodes[current.index()];
-            let (near, mut mask) = slabs.enter(simd, ray, node, limit);
+            let (near, enters) = slabs.enter(simd, ray, node, limit);
+            let mask = enters.bits();
             if mask == 0 {
                 match pop::<ANY>(stack, &mut top, limit) {
                     Some(child) => current = child,
-                    None => return improved,
+                    None => return best,
                 }
                 continue 'descend;
             }
-            let lane = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            current = node.children[lane & 7];
-            if mask == 0 {
-                continue 'descend;
+            if mask & (mask - 1) == 0 {
+                current = node.children[mask.trailing_zeros() as usize & 7];
+            } else if ANY {
+                current = push_unsorted(simd, data, node, mask, stack, &mut top);
+            } else {
+                current = push_sorted(simd, data, node, near, mask, stack, &mut top);
             }
-            if ANY {
-                prefetch(simd, data, current);
-                while mask != 0 {
-                    let child = node.children[mask.trailing_zeros() as usize & 7];
-                    mask &= mask - 1;
-                    prefetch(simd, data, child);
-                    stack.put(top, entry(0.0, child));
-                    top += 1;
-                }
-                continue 'descend;
-            }
-
-            // The nearest goes on in a register; the others are sorted into the stack, the farthest deepest.
-            let distances = near.to_array();
-            prefetch(simd, data, current);
-            let first = entry(distances[lane & 7], current);
-            let second = next(simd, data, node, &distances, &mut mask);
-            let mut nearest = first.min(second);
-            let bottom = top;
-            stack.put(top, first.max(second));
-            top += 1;
-            while mask != 0 {
-                let other = next(simd, data, node, &distances, &mut mask);
-                let waiting = nearest.max(other);
-                nearest = nearest.min(other);
-                let mut slot = top;
-                while slot > bottom && stack.at(slot - 1) < waiting {
-                    stack.put(slot, stack.at(slot - 1));
-                    slot -= 1;
-                }
-                stack.put(slot, waiting);
-                top += 1;
-            }
-            current = Child(nearest as u32);
         }
 
-        if leaf.intersect::<S, ANY>(simd, data, ray, current, best) {
-            if ANY {
-                return true;
-            }
-            improved = true;
-            limit = best.t * CULL_INFLATION;
+        best = intersect_leaf::<S, ANY>(simd, data, ray, &shear, current, best);
+        if ANY && best.is_hit() {
+            return best;
         }
+        limit = best.t * CULL_INFLATION;
         match pop::<ANY>(stack, &mut top, limit) {
             Some(child) => current = child,
-            None => return improved,
+            None => return best,
         }
     }
 }
 
-/// The entry of the next child in the mask, whose memory it asks for.
+/// The nearest of two or more children; the others go on the stack, the farthest deepest. All are prefetched while
+/// they are being sorted.
 #[inline(always)]
-fn next<S: Simd>(simd: S, data: &Hierarchy, node: &Node, distances: &[f32; 8], mask: &mut u32) -> u64 {
+pub(super) fn push_sorted<S: Simd>(
+    simd: S,
+    data: &Hierarchy,
+    node: &Node,
+    near: S::F8,
+    mut mask: u32,
+    stack: &mut Stack,
+    top: &mut usize,
+) -> Child {
+    let distances = near.to_array();
+    let (lane, first) = next(simd, data, node, &mut mask);
+    let first = entry(distances[lane], first);
+    let (lane, second) = next(simd, data, node, &mut mask);
+    let second = entry(distances[lane], second);
+    let mut nearest = first.min(second);
+    let bottom = *top;
+    stack.put(*top, first.max(second));
+    *top += 1;
+    while mask != 0 {
+        let (lane, other) = next(simd, data, node, &mut mask);
+        let other = entry(distances[lane], other);
+        let waiting = nearest.max(other);
+        nearest = nearest.min(other);
+        let mut slot = *top;
+        while slot > bottom && stack.at(slot - 1) < waiting {
+            stack.put(slot, stack.at(slot - 1));
+            slot -= 1;
+        }
+        stack.put(slot, waiting);
+        *top += 1;
+    }
+    Child(nearest as u32)
+}
+
+/// The first child; the others go on the stack as they come.
+#[inline(always)]
+fn push_unsorted<S: Simd>(
+    simd: S,
+    data: &Hierarchy,
+    node: &Node,
+    mut mask: u32,
+    stack: &mut Stack,
+    top: &mut usize,
+) -> Child {
+    let (_, first) = next(simd, data, node, &mut mask);
+    while mask != 0 {
+        let (_, child) = next(simd, data, node, &mut mask);
+        stack.put(*top, entry(0.0, child));
+        *top += 1;
+    }
+    first
+}
+
+/// Lane of the next child in the mask, and the child, whose memory is asked for.
+#[inline(always)]
+fn next<S: Simd>(simd: S, data: &Hierarchy, node: &Node, mask: &mut u32) -> (usize, Child) {
     let lane = mask.trailing_zeros() as usize & 7;
     *mask &= *mask - 1;
     let child = node.children[lane];
     prefetch(simd, data, child);
-    entry(distances[lane], child)
+    (lane, child)
 }
 
 /// The next waiting child that begins before `limit`.
 #[inline(always)]
-fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Child> {
+pub(super) fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -> Option<Child> {
     while *top > 0 {
         *top -= 1;
         let entry = stack.at(*top);
@@ -197,81 +218,110 @@ fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
     simd.prefetch(if child.is_leaf() { leaf } else { node });
 }
 
-/// One ray, ready for the blocks of a leaf.
-pub(super) struct Leaf<F> {
-    pub(super) shear: triangle::Shear<F>,
-    pub(super) t_min: F,
-}
-
-impl<F: Lanes<4>> Leaf<F> {
-    /// Whether the leaf has something better than `best`, which then becomes it.
-    #[inline(always)]
-    pub(super) fn intersect<S: Simd<F4 = F>, const ANY: bool>(
-        &self,
-        simd: S,
-        data: &Hierarchy,
-        ray: &Prepared,
-        leaf: Child,
-        best: &mut Best,
-    ) -> bool {
-        if leaf.is_spheres() {
-            return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
-        }
-        let mut improved = false;
-        for index in leaf.blocks() {
-            let block = &data.triangles[index];
-            let corners = triangle::load_block(simd, ray.axes, block);
-            let crossing = triangle::cross(&self.shear, &corners);
-            if crossing.inside.bits() == 0 {
-                continue;
-            }
-            let (t, valid, edge_on) =
-                triangle::hits(&self.shear, &corners, &crossing, self.t_min, simd.splat4(best.t));
-            if take_best(ray, block, &t.to_array(), valid, best) {
-                if ANY {
-                    return true;
-                }
-                improved = true;
-                best.weights = [crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()];
-            }
-            if edge_on != 0 && take_edge_on(ray, block, edge_on, best) {
-                improved = true;
-            }
-        }
-        improved
-    }
-}
-
-/// Puts the best of the valid lanes into `best`. Whether there was one.
+/// The best of `best` and the primitives of a leaf; for `ANY`, the first that is better.
+///
+/// The best so far goes through calls by value: a reference to it would keep it in memory, and the ids that one leaf
+/// writes singly and the next reads together would wait for the store buffer.
 #[inline(always)]
-fn take_best(ray: &Prepared, block: &TriangleBlock, t: &[f32; 4], mut lanes: u32, best: &mut Best) -> bool {
-    let mut improved = false;
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & 3;
-        lanes &= lanes - 1;
-        let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-        if best.loses_to(t[lane], geom_id, prim_id) && !ray.skip.rejects(geom_id, prim_id) {
-            (best.t, best.geom_id, best.prim_id, best.lane) = (t[lane], geom_id, prim_id, lane);
-            improved = true;
+pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
+    simd: S,
+    data: &Hierarchy,
+    ray: &Prepared,
+    shear: &triangle::Shear<S::F4>,
+    leaf: Child,
+    mut best: Best,
+) -> Best {
+    if leaf.is_spheres() {
+        return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
+    }
+    for block in &data.triangles[leaf.blocks()] {
+        let crossing = triangle::cross(shear, &triangle::load_block(simd, ray.axes, block));
+        if crossing.inside.bits() == 0 {
+            continue;
+        }
+        let mut t = crossing.distance(shear);
+        if block.any_flat {
+            t = with_flat_distances(simd, ray, shear, &crossing, block, t);
+        }
+        let hits = crossing.hits(t, simd.splat4(ray.t_min), simd.splat4(best.t));
+        if let Some((lane, nearest)) = best_lane(ray, block, &t.to_array(), hits, &best) {
+            best = nearest;
+            if ANY {
+                return best;
+            }
+            best.weights = [crossing.v, crossing.w, crossing.det].map(|lanes| lanes.to_array()[lane]);
+        }
+        let edge_on = crossing.edge_on();
+        if edge_on != 0 {
+            best = edge_on_lanes(ray, block, edge_on, best);
         }
     }
-    improved
+    best
+}
+
+/// Distances with those of the flat triangles replaced.
+#[inline(always)]
+fn with_flat_distances<S: Simd>(
+    simd: S,
+    ray: &Prepared,
+    shear: &triangle::Shear<S::F4>,
+    crossing: &triangle::Crossing<S::F4, <S::F4 as Lanes<4>>::Mask>,
+    block: &TriangleBlock,
+    t: S::F4,
+) -> S::F4 {
+    let (mut origin, mut plane, mut neg_rcp) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    for (lane, &axis) in block.flat_axes.iter().enumerate() {
+        let axis = usize::from(axis);
+        if axis < 3 {
+            (origin[lane], neg_rcp[lane]) = (ray.origin[axis], ray.neg_rcp[axis]);
+            plane[lane] = block.corners[0][axis][lane];
+        }
+    }
+    let flat = crossing.flat_distance(shear, simd.load4(&origin), simd.load4(&plane), simd.load4(&neg_rcp));
+    let (mut t, flat) = (t.to_array(), flat.to_array());
+    for (lane, &axis) in block.flat_axes.iter().enumerate() {
+        if usize::from(axis) < 3 {
+            t[lane] = flat[lane];
+        }
+    }
+    simd.load4(&t)
+}
+
+/// The best of the lanes that hit, if it is better than `best`.
+#[inline(always)]
+fn best_lane(
+    ray: &Prepared,
+    block: &TriangleBlock,
+    t: &[f32; 4],
+    mut hits: u32,
+    best: &Best,
+) -> Option<(usize, Best)> {
+    let mut better = None;
+    let (mut best_t, mut best_ids) = (best.t, (best.geom_id, best.prim_id));
+    while hits != 0 {
+        let lane = hits.trailing_zeros() as usize & 3;
+        hits &= hits - 1;
+        let (t, ids) = (t[lane], (block.geom_ids[lane], block.prim_ids[lane]));
+        if (t < best_t || t == best_t && ids < best_ids) && !ray.skip.rejects(ids.0, ids.1) {
+            (best_t, best_ids) = (t, ids);
+            better = Some((lane, Best { t, geom_id: ids.0, prim_id: ids.1, ..*best }));
+        }
+    }
+    better
 }
 
 /// The lanes whose edge functions vanish in f32: seldom, and by way of f64.
 #[cold]
 #[inline(never)]
-pub(super) fn take_edge_on(ray: &Prepared, block: &TriangleBlock, lanes: u32, best: &mut Best) -> bool {
-    let mut improved = false;
+pub(super) fn edge_on_lanes(ray: &Prepared, block: &TriangleBlock, lanes: u32, mut best: Best) -> Best {
     for lane in (0..4).filter(|lane| lanes >> lane & 1 == 1) {
         if let Some((t, v, w)) = triangle::solve_edge_on(ray, block, lane)
             && t >= ray.t_min
             && t <= best.t
-            && take_best(ray, block, &[t; 4], 1 << lane, best)
+            && let Some((_, better)) = best_lane(ray, block, &[t; 4], 1 << lane, &best)
         {
-            best.weights = [[v; 4], [w; 4], [1.0; 4]];
-            improved = true;
+            best = Best { weights: [v, w, 1.0], ..better };
         }
     }
-    improved
+    best
 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 /// First parameter in `[t_min, t_max]` at which the ray meets the sphere's surface.
 fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
-    let d = Vec3::from(ray.dir).as_dvec3();
+    let d = ray.dir().as_dvec3();
     let to_center: DVec3 = center.as_dvec3() - Vec3::from(ray.origin).as_dvec3();
     let length_squared = d.length_squared();
 
@@ -24,11 +24,10 @@ fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f
     (t >= ray.t_min && t <= t_max).then_some(t)
 }
 
-/// Tests the spheres of a leaf. Whether one of them is better than `best`, which then becomes it. Out of line, so
-/// that rays that meet no sphere do not prepare for them.
+/// The best of `best` and the spheres of a leaf. Out of line, so that rays that meet no sphere do not prepare for
+/// them.
 #[inline(never)]
-pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], best: &mut Best) -> bool {
-    let mut improved = false;
+pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], mut best: Best) -> Best {
     for block in blocks {
         for lane in 0..BLOCK {
             let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
@@ -38,18 +37,11 @@ pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], best: &mut 
             let sphere = block.spheres[lane];
             if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
                 && !ray.skip.rejects(geom_id, prim_id)
-                && best.loses_to(t, geom_id, prim_id)
+                && (t < best.t || (geom_id, prim_id) < (best.geom_id, best.prim_id))
             {
-                *best = Best {
-                    t,
-                    geom_id,
-                    prim_id,
-                    lane: 0,
-                    weights: [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]],
-                };
-                improved = true;
+                best = Best { t, geom_id, prim_id, ..Best::none(t) };
             }
         }
     }
-    improved
+    best
 }

@@ -29,7 +29,8 @@ pub(super) type Corners<F> = [[F; 3]; 3];
 pub(super) struct Crossing<F, M> {
     /// The line of the ray passes through the triangle or its border.
     pub(super) inside: M,
-    /// Edge functions: the weights of the second and third corner times `det`.
+    /// Edge functions: the weights of the corners times `det`.
+    u: F,
     pub(super) v: F,
     pub(super) w: F,
     /// Sum of the three edge functions: zero if the triangle is seen edge-on, or too small for these numbers.
@@ -50,27 +51,7 @@ pub(super) fn cross<const N: usize, F: Lanes<N>>(
     let w = bx * ay - by * ax;
     let zero = u.splat(0.0);
     let inside = zero.le(u.min(v).min(w)) | u.max(v).max(w).le(zero);
-    Crossing { inside, v, w, det: u + v + w, depths: [az, bz, cz] }
-}
-
-/// Where the ray meets the triangle's plane, but not before its nearest and after its farthest corner.
-///
-/// The corners' depths weighted by the edge functions, as in the paper, would be wrong by the rounding of the
-/// farthest corner, which spoils the distance to a large floor; the plane is as exact as its edges. Where it is seen
-/// nearly edge-on it says nothing, and then the corners' depths bound the error.
-#[inline(always)]
-fn distance<const N: usize, F: Lanes<N>>(ray: &Shear<F>, corners: &Corners<F>, depths: [F; 3]) -> F {
-    let [a, b, c] = corners;
-    let [ex, ey, ez] = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
-    let [fx, fy, fz] = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
-    let (nx, ny, nz) = (ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx);
-    let to_plane = nx * (a[0] - ray.origin[0]) + ny * (a[1] - ray.origin[1]) + nz * depths[0];
-    let along_ray = nx * ray.shear[0] + ny * ray.shear[1] + nz;
-    let t = ray.shear[2] * (to_plane / along_ray);
-
-    // A NaN is on the left and becomes the nearest depth.
-    let [za, zb, zc] = [depths[0] * ray.shear[2], depths[1] * ray.shear[2], depths[2] * ray.shear[2]];
-    t.max(za.min(zb).min(zc)).min(za.max(zb).max(zc))
+    Crossing { inside, u, v, w, det: u + v + w, depths: [az, bz, cz] }
 }
 
 /// Corners seen from the origin, sheared so that the ray is the third axis; the third coordinate is unscaled.
@@ -129,17 +110,48 @@ pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) 
     Some((t as f32, (v / det) as f32, (w / det) as f32))
 }
 
-/// Ray parameters of a crossing, the lanes that count in the interval, and those for [`solve_edge_on`].
-#[inline(always)]
-pub(super) fn hits<const N: usize, F: Lanes<N>>(
-    ray: &Shear<F>,
-    corners: &Corners<F>,
-    crossing: &Crossing<F, F::Mask>,
-    t_min: F,
-    t_max: F,
-) -> (F, u32, u32) {
-    let nonzero = crossing.det.ne(t_min.splat(0.0));
-    let t = distance(ray, corners, crossing.depths);
-    let valid = crossing.inside & nonzero & t_min.le(t) & t.le(t_max);
-    (t, valid.bits(), crossing.inside.bits() & !nonzero.bits())
+impl<F: Copy, M: Mask> Crossing<F, M> {
+    /// Ray parameters: the corners' depths weighted by the edge functions.
+    #[inline(always)]
+    pub(super) fn distance<const N: usize>(&self, ray: &Shear<F>) -> F
+    where
+        F: Lanes<N, Mask = M>,
+    {
+        let [a, b, c] = self.depths;
+        ray.shear[2] * (self.u * a + self.v * b + self.w * c) / self.det
+    }
+
+    /// Ray parameters for triangles at one coordinate of an axis: that of their plane, but not before their nearest
+    /// and after their farthest corner.
+    ///
+    /// The weighted depths are wrong by the rounding of the farthest corner, which would spoil the distance to a large
+    /// floor or wall; this is right to three roundings.
+    #[inline(always)]
+    pub(super) fn flat_distance<const N: usize>(&self, ray: &Shear<F>, origin: F, plane: F, neg_rcp: F) -> F
+    where
+        F: Lanes<N, Mask = M>,
+    {
+        let [a, b, c] = self.depths;
+        let [a, b, c] = [a * ray.shear[2], b * ray.shear[2], c * ray.shear[2]];
+        // A NaN (the ray runs in the plane) is on the left and becomes the nearest depth.
+        ((origin - plane) * neg_rcp).max(a.min(b).min(c)).min(a.max(b).max(c))
+    }
+
+    /// The lanes that count in the interval.
+    #[inline(always)]
+    pub(super) fn hits<const N: usize>(&self, t: F, t_min: F, t_max: F) -> u32
+    where
+        F: Lanes<N, Mask = M>,
+    {
+        (self.inside & self.det.ne(t.splat(0.0)) & t_min.le(t) & t.le(t_max)).bits()
+    }
+
+    /// The lanes for [`solve_edge_on`].
+    #[inline(always)]
+    pub(super) fn edge_on<const N: usize>(&self) -> u32
+    where
+        F: Lanes<N, Mask = M>,
+    {
+        self.inside.bits() & !self.det.ne(self.det.splat(0.0)).bits()
+    }
 }

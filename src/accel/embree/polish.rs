@@ -69,7 +69,8 @@ fn largest(v: Vec3) -> f64 {
 impl Scene {
     /// Makes Embree's closest hits exact, and finds others for those that a rule or the primitive itself denies.
     ///
-    /// Costs about 40 ns a hit, most of it for the triangle's corners, which shading needs next.
+    /// Measured at 40 to 65 ns a hit on 5,000 triangles and 30 to 115 ns on 1.3 million, on a loaded machine: there
+    /// the corners come from memory, and shading, which needs them next, finds them in the cache.
     pub(super) fn settle_exactly(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, answer) in rays.iter().zip(hits) {
             let Some(found) = *answer else { continue };
@@ -115,7 +116,7 @@ impl Scene {
     /// Any hit of rays of which some carry a rule, ray by ray.
     ///
     /// An answer does not say what was hit, so the filter is there from the start: to ask without it first and again
-    /// for the occluded rays took 1.2 times as long on a mesh of a million triangles.
+    /// for the occluded rays took 1.25 times as long on 1.3 million triangles (0.9 times on 5,000).
     pub(super) fn occluded_by_rules(&self, rays: &[Ray], occluded: &mut [bool]) {
         let mut all = Query::all(Coherence::Incoherent);
         for (ray, occluded) in rays.iter().zip(occluded) {

@@ -162,8 +162,12 @@ pub struct GradientDesc {
 pub struct StudioDesc {
     /// The lamps; a key, a strip, a bank and a rim light if they are left out.
     pub softboxes: Option<Vec<SoftboxDesc>>,
-    /// Radiance between them; goes with `softboxes`.
+    /// Radiance between them, at the horizon; black if it is left out. Goes with `softboxes`.
     pub background: Option<RgbDesc>,
+    /// The background above; the same as at the horizon if it is left out.
+    pub zenith: Option<RgbDesc>,
+    /// The background below; the same as at the horizon if it is left out.
+    pub nadir: Option<RgbDesc>,
     /// Factor of all radiance.
     #[serde(default = "one")]
     pub scale: f64,

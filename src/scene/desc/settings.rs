@@ -30,7 +30,7 @@ pub struct SettingsDesc {
     pub direct_light: Option<DirectLight>,
     /// Whether diffuse surfaces see other surfaces or only lights.
     pub diffuse_bounces: Option<bool>,
-    /// Whether point and directional lights shine on glossy lobes.
+    /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
     /// Which numbers are drawn.
     pub sampler: Option<SamplerKind>,

@@ -254,7 +254,7 @@ mod tests {
         let path = |name: &str| directory.path().join(name);
         crate::geometry::ply::write(&path("a.ply"), &ball()).unwrap();
         std::fs::copy(path("a.ply"), path("b.ply")).unwrap();
-        let text = "[materials.m]\ntype = \"matte\"\n[[shapes]]\ntype = \"ply\"\nfile = \"a.ply\"\nmaterial = \"m\"\n";
+        let text = "[materials.m]\ntype = \"diffuse\"\n[[shapes]]\ntype = \"ply\"\nfile = \"a.ply\"\nmaterial = \"m\"\n";
         std::fs::write(path("a.toml"), text).unwrap();
         std::fs::write(path("b.toml"), text.replace("a.ply", "b.ply")).unwrap();
 

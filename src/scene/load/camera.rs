@@ -1,7 +1,7 @@
 //! The camera in the unit world.
 
 use super::SceneError;
-use super::source::At;
+use super::source::{At, Source};
 use crate::scene::desc::CameraDesc;
 use crate::scene::{Camera, World};
 
@@ -12,7 +12,11 @@ const LARGEST: u32 = 65_536;
 const FOV_DEG: f64 = 40.0;
 
 /// The camera, checked.
-pub(super) fn build(desc: &CameraDesc, at: &At<'_>, world: &World) -> Result<Camera, SceneError> {
+///
+/// An override of the resolution alone keeps the height of what is seen, also with the textbook's camera: its pixels
+/// grow or shrink.
+pub(super) fn build(desc: &CameraDesc, source: &Source, world: &World) -> Result<Camera, SceneError> {
+    let at = &source.at("camera");
     if let Some(i) = desc.resolution.iter().position(|n| !(1..=LARGEST).contains(n)) {
         let n = desc.resolution[i];
         let message = format!("{n} pixels: width and height must be from 1 to {LARGEST}");
@@ -32,7 +36,8 @@ pub(super) fn build(desc: &CameraDesc, at: &At<'_>, world: &World) -> Result<Cam
         let message = "parallel to the direction from `eye` to `look_at`: choose another, such as [0, 0, 1]";
         return Err(at.key("up").fail(message));
     }
-    let pixel = pixel_at_unit_distance(desc, at)? / at.positive("zoom", desc.zoom)?;
+    let zoom = at.positive("zoom", desc.zoom)? / source.resized_by(desc);
+    let pixel = pixel_at_unit_distance(desc, at)? / zoom;
     Ok(Camera::look_at(eye_in_unit, forward, up, pixel, desc.resolution))
 }
 

@@ -12,7 +12,7 @@ use crate::scene::desc::light::{
 use crate::scene::desc::{LightDesc, RgbDesc, SceneDesc};
 use crate::scene::light::environment::{Gradient, Softbox};
 use crate::scene::{Environment, Geometry, Light, Lights, Material, World};
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DQuat, Vec3};
 use std::sync::Arc;
 
 /// Triangles of a disk that stands for a lamp.
@@ -151,9 +151,10 @@ fn studio(desc: &StudioDesc, at: &At<'_>) -> Result<Environment, SceneError> {
     let scale = at.non_negative("scale", desc.scale)? as f32;
     let rotate_deg = at.finite("rotate_deg", desc.rotate_deg)?;
     let Some(softboxes) = &desc.softboxes else {
-        if desc.background.is_some() {
+        let backgrounds = [("background", desc.background), ("zenith", desc.zenith), ("nadir", desc.nadir)];
+        if let Some((key, _)) = backgrounds.iter().find(|(_, given)| given.is_some()) {
             let message = "goes with `softboxes`: without them the studio has a background of its own";
-            return Err(at.key("background").fail(message));
+            return Err(at.key(key).fail(message));
         }
         return Ok(Environment::product_shot(scale, rotate_deg as f32));
     };
@@ -179,9 +180,13 @@ fn studio(desc: &StudioDesc, at: &At<'_>) -> Result<Environment, SceneError> {
         })
     };
     let lamps = softboxes.iter().enumerate().map(lamp).collect::<Result<_, _>>()?;
-    let background = at.rgb("background", desc.background.unwrap_or(RgbDesc::Grey(0.0)))? * scale;
-    let up = DVec3::Y.as_vec3();
-    let background = Gradient { up, zenith: background, horizon: background, nadir: background };
+    let horizon = at.rgb("background", desc.background.unwrap_or(RgbDesc::Grey(0.0)))? * scale;
+    let pole = |key, given: Option<RgbDesc>| match given {
+        Some(radiance) => Ok::<_, SceneError>(at.rgb(key, radiance)? * scale),
+        None => Ok(horizon),
+    };
+    let (zenith, nadir) = (pole("zenith", desc.zenith)?, pole("nadir", desc.nadir)?);
+    let background = Gradient { up: Vec3::Y, zenith, horizon, nadir };
     Ok(Environment::studio(background, lamps))
 }
 

@@ -103,7 +103,7 @@ fn build(source: &Source, base_dir: &Path, cache: &mut GeometryCache) -> Result<
 
     // Everything moves to the unit world.
     let world = part::place_planes(&mut parts, desc.camera.eye.into());
-    let camera = camera::build(&desc.camera, &source.at("camera"), &world)?;
+    let camera = camera::build(&desc.camera, source, &world)?;
     let materials = materials.build(source, &world, settings.horizon, &mut notes)?;
     let (mut shapes, mut geometries): (Vec<Shape>, Vec<Geometry>) = (vec![], vec![]);
     for part in parts {

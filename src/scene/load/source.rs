@@ -5,7 +5,7 @@ use super::error::{Location, Place, SceneError};
 use super::overrides::{self, Override};
 use super::tree::{Node, SyntaxError};
 use crate::core::Rgb;
-use crate::scene::desc::{RgbDesc, SceneDesc};
+use crate::scene::desc::{CameraDesc, RgbDesc, SceneDesc};
 use glam::DVec3;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -36,6 +36,8 @@ pub(super) struct Source {
     text: String,
     overrides: Vec<Override>,
     root: Node,
+    /// Of the image, before the overrides.
+    height: f64,
 }
 
 impl Source {
@@ -54,11 +56,12 @@ impl Source {
             location: Location::in_text(path, &text, offset),
             message,
         })?;
+        let height = height_of(&root);
         overrides::apply(&mut root, overrides).map_err(|(index, message)| SceneError::Invalid {
             location: Location::Override(overrides[index].to_string()),
             message,
         })?;
-        Ok(Self { path: path.to_owned(), text, overrides: overrides.to_vec(), root })
+        Ok(Self { path: path.to_owned(), text, overrides: overrides.to_vec(), root, height })
     }
 
     /// The description.
@@ -67,6 +70,17 @@ impl Source {
             let location = self.location(place.unwrap_or(self.root.place));
             SceneError::Invalid { location, message }
         })
+    }
+
+    /// Times how much larger the textbook's pixels must be for the height that an override of the resolution asks
+    /// for; 1 without one, or where the size of pixels is asked for as well.
+    pub(super) fn resized_by(&self, desc: &CameraDesc) -> f64 {
+        let overridden = |path| matches!(self.root.place_of(path), Place::Override(_));
+        let resized = overridden("camera.resolution") || overridden("camera.resolution.1");
+        if desc.view_plane_distance.is_none() || !resized || overridden("camera.pixel_size") {
+            return 1.0;
+        }
+        self.height / f64::from(desc.resolution[1])
     }
 
     /// The document.
@@ -85,6 +99,13 @@ impl Source {
             Place::Override(index) => Location::Override(self.overrides[index].to_string()),
         }
     }
+}
+
+/// The height of the image in pixels as the file gives it, or the default.
+fn height_of(root: &Node) -> f64 {
+    let resolution = root.field("camera").and_then(|camera| camera.field("resolution"));
+    let written = resolution.and_then(|node| <[u32; 2]>::deserialize(node).ok());
+    f64::from(written.unwrap_or(CameraDesc::default().resolution)[1])
 }
 
 /// A place in a scene file by the path of its key.

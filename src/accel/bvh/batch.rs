@@ -1,0 +1,176 @@
+//! How a slice of rays is grouped: the kernels that the instruction set's dispatch runs.
+//!
+//! Coherent closest hits go in packets where eight neighbours are close enough, and singly otherwise. Incoherent
+//! batches go in streams, after a stable binning by octant that keeps the order within each.
+
+use super::data::Hierarchy;
+use super::packet::{self, PACKET, Packet};
+use super::ray::{Best, Prepared};
+use super::simd::{Kernel, Simd};
+use super::single::{self, Stack};
+use super::stream::{STREAM, Stream};
+use crate::accel::Coherence;
+use crate::core::{Hit, Ray};
+
+/// Rays that are binned together: enough to fill streams, few enough to stay in the cache.
+const BATCH: usize = 4096;
+
+/// Batches shorter than this are not binned.
+const LEAST_BATCH: usize = 64;
+
+/// How rays may be grouped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Grouping {
+    /// One by one.
+    Single,
+    /// In packets or streams where they win.
+    Groups(Coherence),
+}
+
+/// Closest hits of a slice.
+pub(super) struct Closest<'a> {
+    pub(super) data: &'a Hierarchy,
+    pub(super) grouping: Grouping,
+    pub(super) rays: &'a [Ray],
+    pub(super) hits: &'a mut [Option<Hit>],
+}
+
+impl Kernel for Closest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { data, grouping, rays, hits } = self;
+        match grouping {
+            Grouping::Groups(Coherence::Coherent) if S::BATCHES => closest_packets(simd, data, rays, hits),
+            Grouping::Groups(Coherence::Incoherent) if S::BATCHES && rays.len() >= LEAST_BATCH => {
+                let mut stream = Stream::new();
+                for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
+                    in_streams::<S, false>(simd, data, rays, &mut stream, |i, ray, best| {
+                        hits[i] = ray.and_then(|ray| best.hit(ray));
+                    });
+                }
+            }
+            _ => {
+                let mut stack = Stack::new();
+                for (ray, hit) in rays.iter().zip(hits) {
+                    *hit = closest(simd, data, ray, &mut stack);
+                }
+            }
+        }
+    }
+}
+
+/// Any hits of a slice.
+pub(super) struct Any<'a> {
+    pub(super) data: &'a Hierarchy,
+    pub(super) grouping: Grouping,
+    pub(super) rays: &'a [Ray],
+    pub(super) occluded: &'a mut [bool],
+}
+
+impl Kernel for Any<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { data, grouping, rays, occluded } = self;
+        if S::BATCHES && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
+            let mut stream = Stream::new();
+            for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
+                in_streams::<S, true>(simd, data, rays, &mut stream, |i, _, best| {
+                    occluded[i] = best.is_hit()
+                });
+            }
+            return;
+        }
+        let mut stack = Stack::new();
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = Prepared::new(ray).is_some_and(|ray| {
+                let none = Best::none(ray.t_max);
+                single::traverse::<S, true>(simd, data, &ray, &mut stack, data.root, none).is_hit()
+            });
+        }
+    }
+}
+
+/// Closest hit of one ray.
+#[inline(always)]
+fn closest<S: Simd>(simd: S, data: &Hierarchy, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
+    let ray = Prepared::new(ray)?;
+    single::traverse::<S, false>(simd, data, &ray, stack, data.root, Best::none(ray.t_max)).hit(&ray)
+}
+
+/// Closest hits in packets, and singly where the rays are not coherent after all.
+#[inline(always)]
+fn closest_packets<S: Simd>(simd: S, data: &Hierarchy, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    let mut stack = Stack::new();
+    for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+        if let Some(rays) = rays.as_array()
+            && let Some(packet) = Packet::new(simd, data, rays)
+        {
+            packet::traverse(simd, data, rays, &packet, &mut stack, hits);
+            continue;
+        }
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = closest(simd, data, ray, &mut stack);
+        }
+    }
+}
+
+/// Up to [`BATCH`] rays in streams of one octant each.
+#[inline(always)]
+fn in_streams<S: Simd, const ANY: bool>(
+    simd: S,
+    data: &Hierarchy,
+    rays: &[Ray],
+    stream: &mut Stream,
+    mut answer: impl FnMut(usize, Option<&Prepared>, &Best),
+) {
+    let mut order = [0u16; BATCH];
+    let starts = bin_by_octant(rays, &mut order);
+    for octant in 0..8 {
+        for group in order[starts[octant]..starts[octant + 1]].chunks(STREAM) {
+            let mut members = [0u16; STREAM];
+            stream.clear();
+            for &i in group {
+                match Prepared::new(&rays[i as usize]) {
+                    Some(ray) => {
+                        members[stream.rays.len() % STREAM] = i;
+                        stream.push(ray);
+                    }
+                    None => answer(i as usize, None, &Best::none(0.0)),
+                }
+            }
+            if stream.rays.is_empty() {
+                continue;
+            }
+            stream.traverse::<S, ANY>(simd, data);
+            for (&i, (ray, best)) in members.iter().zip(stream.rays.iter().zip(&stream.best)) {
+                answer(i as usize, Some(ray), best);
+            }
+        }
+    }
+}
+
+/// Indices of the rays by the octant of their direction, in their own order within each, and where each begins.
+fn bin_by_octant(rays: &[Ray], order: &mut [u16; BATCH]) -> [usize; 9] {
+    let octant = |ray: &Ray| {
+        let bit = |x: f32| (x.to_bits() >> 31) as usize;
+        bit(ray.dir.x) | bit(ray.dir.y) << 1 | bit(ray.dir.z) << 2
+    };
+    let mut starts = [0; 9];
+    for ray in rays {
+        starts[octant(ray) + 1] += 1;
+    }
+    for i in 0..8 {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts;
+    for (i, ray) in rays.iter().enumerate() {
+        let octant = octant(ray);
+        order[next[octant] % BATCH] = i as u16;
+        next[octant] += 1;
+    }
+    starts
+}
