@@ -195,6 +195,7 @@ fn a_submission_is_printed_for_each_engine() {
     let slurm = place.gloss(&format!("{submit} --engine slurm -- --spp 9")).out;
     assert!(slurm.contains("#SBATCH --array=0-2") && slurm.contains("--spp 9 &\n"), "{slurm}");
     assert!(slurm.contains("gloss merge -o "), "{slurm}");
+    assert!(Command::new("sh").args(["-n", "-c", &slurm]).status().unwrap().success());
     let parallel = place.gloss(&format!("{submit} --engine parallel")).out;
     let checked = Command::new("sh").args(["-n", "-c", &parallel]).status().unwrap();
     assert!(checked.success() && parallel.contains("seq 0 2 | parallel"), "{parallel}");

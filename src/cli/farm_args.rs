@@ -82,17 +82,8 @@ pub(super) enum Begin {
 
 impl FarmArgs {
     /// Finds out what there is to do and what has been done of it.
-    pub(super) fn begin(
-        &self,
-        scene_name: &Path,
-        scene: &Scene,
-        accel: &AccelArgs,
-        crop: Option<PixelRect>,
-        outputs: &[Output],
-    ) -> Result<Begin, Failure> {
-        let [width, height] = scene.camera.resolution;
-        let picture = crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height });
-        let identity = identity(scene_name, scene, accel, picture);
+    pub(super) fn begin(&self, subject: &Subject<'_>, outputs: &[Output]) -> Result<Begin, Failure> {
+        let identity = subject.identity();
         let (part, shard_output) = self.part(&identity, outputs)?;
         let header = Header::new(identity, part);
 
@@ -123,7 +114,7 @@ impl FarmArgs {
         };
         if identity.adaptive {
             return Err(Failure::bad(
-                "a shard's samples cannot depend on what the others find: give --glossy-samples a number, and no --noise"
+                "a shard's samples cannot depend on what the others find: give --glossy-samples a number"
                     .to_owned(),
             ));
         }
@@ -171,20 +162,35 @@ impl FarmArgs {
     }
 }
 
-/// All that must agree between the runs of one picture.
-fn identity(scene_name: &Path, scene: &Scene, accel: &AccelArgs, picture: PixelRect) -> Identity {
-    Identity {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene: scene_name.display().to_string(),
-        scene_hash: scene.hash.clone(),
-        settings: scene.settings.to_string(),
-        seed: scene.settings.seed,
-        backend: accel.identity(),
-        resolution: scene.camera.resolution,
-        picture,
-        spp: scene.settings.spp,
-        noise: None,
-        adaptive: matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
+/// What is rendered.
+pub(super) struct Subject<'a> {
+    /// The scene's file.
+    pub(super) name: &'a Path,
+    pub(super) scene: &'a Scene,
+    pub(super) accel: &'a AccelArgs,
+    pub(super) crop: Option<PixelRect>,
+    /// The error at which pixels are left alone.
+    pub(super) noise: Option<f64>,
+}
+
+impl Subject<'_> {
+    /// All that must agree between the runs of one picture.
+    fn identity(&self) -> Identity {
+        let Self { name, scene, accel, crop, noise } = *self;
+        let [width, height] = scene.camera.resolution;
+        Identity {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: name.display().to_string(),
+            scene_hash: scene.hash.clone(),
+            settings: scene.settings.to_string(),
+            seed: scene.settings.seed,
+            backend: accel.identity(),
+            resolution: scene.camera.resolution,
+            picture: crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height }),
+            spp: scene.settings.spp,
+            noise,
+            adaptive: noise.is_some() || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
+        }
     }
 }
 

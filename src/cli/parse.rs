@@ -132,6 +132,14 @@ pub(super) fn exposure(typed: &str) -> Result<f32, String> {
     number_between(typed, -64.0, 64.0)
 }
 
+/// A relative error.
+pub(super) fn noise(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if n > 0.0 && n < 1.0 => Ok(n),
+        _ => Err("it is a relative error between 0 and 1, such as 0.02".to_owned()),
+    }
+}
+
 /// Pixels per degree.
 pub(super) fn ppd(typed: &str) -> Result<f32, String> {
     number_between(typed, 1.0, 1000.0)
@@ -173,6 +181,7 @@ mod tests {
         assert_eq!(shard("auto"), Ok(ShardFlag::Auto(None)));
         assert_eq!(duration("1.5h"), Ok(Duration::from_secs(5400)));
         assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        assert_eq!(noise("0.02"), Ok(0.02));
         assert_eq!(bytes("1.5GB"), Ok(1_500_000_000));
         assert_eq!(bytes("0"), Ok(0));
         assert_eq!(duration("7"), Ok(Duration::from_secs(7)));
@@ -196,6 +205,9 @@ mod tests {
         }
         for bad in ["", "3", "3/", "/8", "3/0", "auto/0", "auto/x", "a/8"] {
             assert!(shard(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "0", "1", "-0.1", "nan", "2%"] {
+            assert!(noise(bad).is_err(), "{bad}");
         }
         for bad in ["", "GB", "-1", "1TB", "1e30"] {
             assert!(bytes(bad).is_err(), "{bad}");

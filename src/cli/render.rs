@@ -3,7 +3,7 @@
 use super::accel_args::AccelArgs;
 use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
-use super::farm_args::{Begin, FarmArgs, Watch};
+use super::farm_args::{Begin, FarmArgs, Subject, Watch};
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
@@ -16,9 +16,10 @@ use crate::film::PixelRect;
 use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
 use crate::trace::clock;
+use anyhow::Context;
 use serde_json::json;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Render a scene
 #[derive(Debug, clap::Args)]
@@ -62,6 +63,15 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse::tile_size)]
     tile_size: u32,
 
+    /// Stop after this long, such as 90s or 1.5h, with the samples taken so far
+    #[arg(long, value_name = "TIME", value_parser = parse::duration, conflicts_with = "shard")]
+    time: Option<Duration>,
+
+    /// Stop where the estimated relative error of a part of the picture is below this, such as 0.02: the other samples
+    /// go where it is not; the scene's samples per pixel are the most that any pixel gets
+    #[arg(long, value_name = "ERROR", value_parser = parse::noise, conflicts_with = "shard")]
+    noise: Option<f64>,
+
     #[command(flatten)]
     accel: AccelArgs,
 
@@ -93,6 +103,10 @@ pub(super) struct Args {
 /// Renders, writes and tells.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     // Everything that can be refused is refused before the work.
+    if args.farm.shard.is_some() {
+        // Whoever shares a picture among machines should not have to visit each for this.
+        make_directories(&args.output)?;
+    }
     let outputs = Output::check(&args.output)?;
     let dump = args.dump_rays.as_deref().map(Dump::create).transpose()?;
     let interrupt = Interrupt::listen()?;
@@ -102,7 +116,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
     tell_before(args, &scene);
-    let mut job = match args.farm.begin(&args.scene.scene, &scene, &args.accel, args.crop, &outputs)? {
+    let mut job = match args.farm.begin(&args.subject(&scene), &outputs)? {
         Begin::Job(job) => job,
         Begin::Done(path) => {
             if !args.quiet {
@@ -123,6 +137,8 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         crop: Some(job.rect()),
         samples: Some(job.samples()),
         resume: job.take_resume(),
+        time: args.time,
+        noise: args.noise,
         tile_size: args.tile_size,
         log: dump.as_ref().map(|dump| dump.rays() as &dyn RayLog),
         ..RenderOptions::default()
@@ -154,6 +170,21 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
             .tell(form)?;
     }
     Ok(Exit::Done)
+}
+
+impl Args {
+    /// What checkpoints and shards are of.
+    fn subject<'a>(&'a self, scene: &'a Scene) -> Subject<'a> {
+        Subject { name: &self.scene.scene, scene, accel: &self.accel, crop: self.crop, noise: self.noise }
+    }
+}
+
+fn make_directories(outputs: &[PathBuf]) -> Result<(), Failure> {
+    for directory in outputs.iter().filter_map(|output| output.parent()) {
+        let made = std::fs::create_dir_all(directory);
+        made.with_context(|| format!("cannot make the directory {}", directory.display())).or_failed()?;
+    }
+    Ok(())
 }
 
 fn check_crop(crop: Option<PixelRect>, [width, height]: [u32; 2]) -> Result<(), Failure> {
@@ -202,6 +233,8 @@ impl Report<'_> {
             ("backend", accel.name.clone()),
             ("seed", scene.settings.seed.to_string()),
             ("spp", scene.settings.spp.to_string()),
+            ("samples_per_pixel", format!("{:.3}", self.samples_per_pixel())),
+            ("stopped_by", outcome.stopped_by.name().to_owned()),
             ("seconds", format!("{:.3}", outcome.seconds)),
             ("rays", outcome.tally.all_rays().rays.to_string()),
             ("dropped_samples", self.dropped().to_string()),
@@ -212,6 +245,12 @@ impl Report<'_> {
     fn dropped(&self) -> u64 {
         let dropped = self.outcome.film.dropped;
         dropped.nan + dropped.infinite + dropped.negative
+    }
+
+    /// Mean number of samples that the pixels have got.
+    fn samples_per_pixel(&self) -> f64 {
+        let pixels = &self.outcome.film.pixels;
+        pixels.iter().map(|pixel| f64::from(pixel.count)).sum::<f64>() / pixels.len().max(1) as f64
     }
 
     fn rays_per_second(&self) -> f64 {
@@ -249,12 +288,17 @@ impl Report<'_> {
 
     fn last_line(&self, outputs: &[Output]) -> String {
         let names: Vec<_> = outputs.iter().map(|o| o.path().display().to_string()).collect();
+        let samples = match self.outcome.stopped_by {
+            StopReason::Samples | StopReason::Interrupted => format!("{} spp", self.scene.settings.spp),
+            StopReason::Time => format!("{:.1} spp by the end of the time", self.samples_per_pixel()),
+            StopReason::Noise => format!("{:.1} spp to the noise asked for", self.samples_per_pixel()),
+        };
         let memory = peak_memory_bytes().map_or_else(|| "unknown".to_owned(), bytes);
         format!(
-            "{} by {}: {} spp, {} rays/s, load {:.2} s, build {:.2} s, render {:.2} s, peak memory {memory}",
+            "{} by {}: {}, {} rays/s, load {:.2} s, build {:.2} s, render {:.2} s, peak memory {memory}",
             names.join(", "),
             self.accel.name,
-            self.scene.settings.spp,
+            samples,
             count(self.rays_per_second()),
             self.load_seconds,
             self.build_seconds,
@@ -275,6 +319,8 @@ impl Report<'_> {
             "backend": accel.name,
             "scene_hash": scene.hash,
             "spp": scene.settings.spp,
+            "samples_per_pixel": self.samples_per_pixel(),
+            "stopped_by": outcome.stopped_by,
             "seed": scene.settings.seed,
             "rays": rays,
             "rays_per_second": self.rays_per_second(),

@@ -77,16 +77,13 @@ pub(super) struct Args {
 /// Prints or submits.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let submission = submission(args)?;
-    let (array, merge) = match args.engine {
-        Engine::Slurm => (submission.slurm_array(), submission.slurm_merge()),
-        Engine::Parallel => (submission.parallel(), None),
-        Engine::Openjd => (format!("{:#}\n", submission.openjd()), None),
-    };
     if args.dry_run || args.engine == Engine::Openjd {
-        print(&array)?;
-        if let Some(merge) = merge {
-            print(&format!("\n# Then, by sbatch --dependency=afterok:ID with the array's ID:\n{merge}"))?;
-        }
+        let text = match args.engine {
+            Engine::Slurm => submission.slurm(),
+            Engine::Parallel => submission.parallel(),
+            Engine::Openjd => format!("{:#}\n", submission.openjd()),
+        };
+        print(&text)?;
         return Ok(Exit::Done);
     }
     if let Work::Picture { directory, .. } = &submission.work {
@@ -95,8 +92,10 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
             .or_failed()?;
     }
     match args.engine {
-        Engine::Slurm => submit_to_slurm(&array, merge.as_deref()).or_failed()?,
-        Engine::Parallel | Engine::Openjd => run_script(&array).or_failed()?,
+        Engine::Slurm => {
+            submit_to_slurm(&submission.slurm_array(), submission.slurm_merge().as_deref()).or_failed()?;
+        }
+        Engine::Parallel | Engine::Openjd => run_script(&submission.parallel()).or_failed()?,
     }
     Ok(Exit::Done)
 }

@@ -126,6 +126,19 @@ impl Submission {
         Some(words)
     }
 
+    /// A shell script that submits both of Slurm's: what `gloss submit` does, to be read or to be run elsewhere.
+    pub fn slurm(&self) -> String {
+        let array = self.slurm_array();
+        let mut script = format!("#!/bin/sh\nset -e\n{}", self.make_directory());
+        script += &format!("array=$(sbatch --parsable <<'END_OF_ARRAY'\n{array}END_OF_ARRAY\n)\n");
+        if let Some(merge) = self.slurm_merge() {
+            script +=
+                "sbatch --dependency=afterok:\"${array%%;*}\" --kill-on-invalid-dep=yes <<'END_OF_MERGE'\n";
+            script += &format!("{merge}END_OF_MERGE\n");
+        }
+        script
+    }
+
     /// Slurm's script for the array.
     pub fn slurm_array(&self) -> String {
         let mut head = self.slurm_head(&self.name(), "%a");
@@ -169,6 +182,14 @@ exit $code
         Some(format!("{head}\n{}\n", line(merge.iter().map(String::as_str))))
     }
 
+    /// The command that makes the directory of shards and logs, where there may be none yet.
+    fn make_directory(&self) -> String {
+        match &self.work {
+            Work::Picture { directory, .. } => format!("mkdir -p {}\n", quoted_path(directory)),
+            Work::Batch { .. } => String::new(),
+        }
+    }
+
     fn slurm_head(&self, name: &str, log: &str) -> String {
         let log = self.directory().join(format!("{}-{log}.log", self.name()));
         let mut head =
@@ -188,7 +209,8 @@ exit $code
         let log = self.directory().join(format!("{}.joblog", self.name()));
         let jobs = format!("\"$(( $(nproc) / {0} > 0 ? $(nproc) / {0} : 1 ))\"", self.cpus.max(1));
         let mut script = format!(
-            "#!/bin/sh\nset -e\nseq 0 {} | parallel --jobs {jobs} --joblog {} --resume-failed{options} {}\n",
+            "#!/bin/sh\nset -e\n{}seq 0 {} | parallel --jobs {jobs} --joblog {} --resume-failed{options} {}\n",
+            self.make_directory(),
             self.tasks - 1,
             quoted_path(&log),
             quoted(&task),

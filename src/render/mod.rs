@@ -82,6 +82,18 @@ pub enum StopReason {
     Interrupted,
 }
 
+impl StopReason {
+    /// Its name for people and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Time => "time",
+            Self::Noise => "noise",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
 /// A picture in work: all that a render needs to go on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
