@@ -229,7 +229,7 @@ fn own_attributes(layer: &exr::meta::header::Header) -> BTreeMap<String, String>
 const PREFIX: &str = "gloss.";
 
 fn channels(film: &Film) -> AnyChannels<FlatSamples> {
-    let mut columns: Vec<Vec<u32>> = vec![Vec::with_capacity(film.pixels.len()); WORDS];
+    let mut columns: [Vec<u32>; WORDS] = std::array::from_fn(|_| Vec::with_capacity(film.pixels.len()));
     let mut means: [Vec<f32>; 3] = Default::default();
     for pixel in &film.pixels {
         columns.iter_mut().zip(words(pixel)).for_each(|(column, word)| column.push(word));
