@@ -32,7 +32,7 @@ impl Interrupt {
                 }
                 let first = !stop.swap(true, Ordering::Relaxed);
                 if !(first && soft.load(Ordering::Relaxed)) {
-                    note("interrupted: nothing is written");
+                    note("interrupted before a picture was written");
                     // Not `exit`: other threads are still in the middle of things that its handlers would free.
                     signal_hook::low_level::exit(Exit::Interrupted as i32);
                 }
