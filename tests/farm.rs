@@ -422,11 +422,11 @@ fn a_threshold_goes_on_to_the_same_bits() {
     for glossy_samples in ["1", "\"auto\""] {
         let settings = format!("spp = 1000, max_depth = 3, glossy_samples = {glossy_samples}");
         let scene = scene(&settings);
-        let options = RenderOptions { noise: Some(0.05), threads: 2, ..Default::default() };
+        let options = RenderOptions { noise: Some(0.025), threads: 2, ..Default::default() };
         let whole = unbroken(&scene, &options);
         assert_eq!(whole.stopped_by, StopReason::Noise);
         let counts: std::collections::BTreeSet<_> = whole.film.pixels.iter().map(|p| p.count).collect();
-        assert!(counts.len() > 2, "blocks are done at different times");
+        assert!(counts.len() > 1, "blocks are done at different times: {counts:?}");
         for tiles in [1, 5] {
             let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
             assert!(pieces > 4);
