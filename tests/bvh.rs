@@ -197,7 +197,7 @@ fn leaks(count: usize, seed: u64) -> usize {
     let mut random = Random(seed);
     let shape = ball(40, Vec3::new(0.3, -0.2, 0.1), 1.0);
     let Shape::Mesh(target) = &shape else { unreachable!("a ball is a mesh") };
-    let bvh = Bvh::new(&[shape.clone()], &BuildOptions::default()).unwrap();
+    let bvh = Bvh::new(std::slice::from_ref(&shape), &BuildOptions::default()).unwrap();
     let mut leaks = 0;
     let mut left = count;
     while left > 0 {
@@ -243,12 +243,17 @@ fn degenerate_input_builds_and_answers() {
     );
     let infinite = Shape::Spheres(Arc::new([Sphere { center: Vec3::splat(3e38), radius: 3e38 }; 40]));
     let nothing = mesh(vec![], vec![]);
-    let scenes: [&[Shape]; 5] =
-        [&[], &[nothing.clone()], &[point.clone()], &[infinite.clone()], &[point, huge, infinite, nothing]];
+    let scenes: [Vec<Shape>; 5] = [
+        vec![],
+        vec![nothing.clone()],
+        vec![point.clone()],
+        vec![infinite.clone()],
+        vec![point, huge, infinite, nothing],
+    ];
     let mut random = Random(5);
     let rays = rays(200, &mut random);
     for quality in QUALITIES {
-        for shapes in scenes {
+        for shapes in &scenes {
             let bvh = Bvh::new(shapes, &options(quality)).unwrap();
             let expected = closest(&Brute::new(shapes), &rays, Coherence::Incoherent);
             let found = closest(&bvh, &rays, Coherence::Incoherent);

@@ -23,7 +23,7 @@ fn wallis(n: u32) -> f64 {
 /// `J_{n+2} = J_n - cos sin^n W_n / pi`.
 fn mass_below(e: u32, theta: f64) -> f64 {
     let n = e + 1;
-    let first = if n % 2 == 0 { 0.5 } else { theta / std::f64::consts::PI };
+    let first = if n.is_multiple_of(2) { 0.5 } else { theta / std::f64::consts::PI };
     (n % 2..n)
         .step_by(2)
         .fold(first, |j, k| j - theta.cos() / std::f64::consts::PI * theta.sin().powi(k as i32) * wallis(k))

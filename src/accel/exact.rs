@@ -18,6 +18,25 @@ pub(super) struct Point {
     pub(super) beside: f64,
 }
 
+/// How far beside a primitive a ray may pass and still be said to hit it, as a part of the coordinates that the hit
+/// comes from: edge tests in f32 are as generous as their rounding errors are large.
+const EDGE: f64 = 16.0 * f32::EPSILON as f64;
+
+impl Point {
+    /// The largest coordinate that the point is made of.
+    #[inline]
+    pub(super) fn size(&self, ray: &Ray) -> f64 {
+        let largest = |v: Vec3| f64::from(v.abs().max_element());
+        largest(ray.origin).max(self.t.abs() * largest(ray.dir))
+    }
+
+    /// Whether the ray passes so near that a test in f32 may say that it hits.
+    #[inline]
+    pub(super) fn is_near(&self, ray: &Ray) -> bool {
+        self.beside <= EDGE * self.size(ray)
+    }
+}
+
 /// Scalar triple products of the edges seen from the origin (Woop, Benthin and Wald 2013 without the shear, which
 /// f64 does not need), one per corner.
 ///

@@ -46,7 +46,7 @@ impl Variables {
     pub fn set_path(&mut self, path: &str, value: &str) {
         let value = value.trim_matches('"').to_owned();
         let last = path.rsplit('.').next().unwrap_or(path);
-        let changed = self.0.get(path).is_some();
+        let changed = self.0.contains_key(path);
         if last != path {
             let short = self.0.get(last).cloned();
             let meant = if short.is_some() && !changed { None } else { Some(value.clone()) };

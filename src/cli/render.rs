@@ -141,11 +141,9 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         noise: args.noise,
         tile_size: args.tile_size,
         log: dump.as_ref().map(|dump| dump.rays() as &dyn RayLog),
-        ..RenderOptions::default()
     };
     interrupt.stops_softly();
     let reporter = Reporter::resume(style, samples_before);
-
     let keeper = job.keep(&interrupt)?;
     let watch = Watch { reporter: &reporter, keeper: keeper.as_ref() };
     let cpu_seconds = clock::process_seconds();

@@ -22,7 +22,7 @@ use exr::prelude::{
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter};
+use std::io::{self, BufReader, BufWriter, Seek};
 use std::path::{Path, PathBuf};
 
 /// A film that knows of which picture it is a part.
@@ -148,7 +148,10 @@ impl Checkpoint {
     /// # Errors
     /// If it is missing, something else, or damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        let Summary { header, pixels_sum: said } = Summary::read(path)?;
+        // Opened once: the file may be replaced by a newer one at any moment, and half of each is neither.
+        let mut file = open(path)?;
+        let Summary { header, pixels_sum: said } = Summary::of(path, &file)?;
+        file.rewind().map_err(|source| CheckpointError::Read { path: path.to_owned(), source })?;
         let damaged = |reason: String| CheckpointError::Damaged { path: path.to_owned(), reason };
         let image = exr::prelude::read()
             .no_deep_data()
@@ -156,7 +159,7 @@ impl Checkpoint {
             .all_channels()
             .first_valid_layer()
             .all_attributes()
-            .from_buffered(open(path)?)
+            .from_buffered(BufReader::new(file))
             .map_err(|e| damaged(e.to_string()))?;
         let film = film_of(&header, &image.layer_data.channel_data).map_err(&damaged)?;
         if said != pixels_sum(&film) {
@@ -181,10 +184,14 @@ impl Summary {
     /// # Errors
     /// If the file is missing or something else, or its header is damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        Self::of(path, &open(path)?)
+    }
+
+    fn of(path: &Path, file: &File) -> Result<Self, CheckpointError> {
         let foreign = |reason: String| CheckpointError::Foreign { path: path.to_owned(), reason };
         let damaged =
             |reason: &str| CheckpointError::Damaged { path: path.to_owned(), reason: reason.into() };
-        let meta = exr::meta::MetaData::read_from_buffered(open(path)?, false)
+        let meta = exr::meta::MetaData::read_from_buffered(BufReader::new(file), false)
             .map_err(|e| foreign(e.to_string()))?;
         let layer = meta.headers.first().ok_or_else(|| foreign("it has no layer".into()))?;
         let mut attributes = own_attributes(layer);
@@ -212,9 +219,8 @@ impl Summary {
     }
 }
 
-fn open(path: &Path) -> Result<BufReader<File>, CheckpointError> {
-    let file = File::open(path).map_err(|source| CheckpointError::Read { path: path.to_owned(), source })?;
-    Ok(BufReader::new(file))
+fn open(path: &Path) -> Result<File, CheckpointError> {
+    File::open(path).map_err(|source| CheckpointError::Read { path: path.to_owned(), source })
 }
 
 /// The attributes `gloss.*` that are texts.
@@ -229,7 +235,7 @@ fn own_attributes(layer: &exr::meta::header::Header) -> BTreeMap<String, String>
 const PREFIX: &str = "gloss.";
 
 fn channels(film: &Film) -> AnyChannels<FlatSamples> {
-    let mut columns: Vec<Vec<u32>> = vec![Vec::with_capacity(film.pixels.len()); WORDS];
+    let mut columns: [Vec<u32>; WORDS] = std::array::from_fn(|_| Vec::with_capacity(film.pixels.len()));
     let mut means: [Vec<f32>; 3] = Default::default();
     for pixel in &film.pixels {
         columns.iter_mut().zip(words(pixel)).for_each(|(column, word)| column.push(word));

@@ -109,8 +109,11 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged, MergeError> {
     Ok(Merged { checkpoint: Checkpoint { header, film }, missing, repeated })
 }
 
+/// A file and the other one that holds the same part.
+type Repeated = (PathBuf, PathBuf);
+
 /// The files to add, each sample once: of two of the same part, one that is complete.
-fn choose(paths: &[PathBuf]) -> Result<(Vec<Piece>, Vec<(PathBuf, PathBuf)>), MergeError> {
+fn choose(paths: &[PathBuf]) -> Result<(Vec<Piece>, Vec<Repeated>), MergeError> {
     let (mut pieces, mut repeated): (Vec<Piece>, _) = (vec![], vec![]);
     for path in paths {
         let summary = Summary::read(path)?;

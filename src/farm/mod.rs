@@ -2,7 +2,7 @@
 //!
 //! All of it rests on one file, the [`Checkpoint`]: an EXR of exact sums and counts that knows of which picture it is a
 //! part. Read `header` (what a checkpoint says of itself), `file` (how it is stored), [`Shard`] (how work is cut),
-//! [`merge`] (how parts become the whole), [`Keeper`] (who writes while a render runs), [`submit`] (how a scheduler is
+//! [`merge()`] (how parts become the whole), [`Keeper`] (who writes while a render runs), [`submit`] (how a scheduler is
 //! told). Knows nothing of scenes but their hash and settings.
 
 mod file;

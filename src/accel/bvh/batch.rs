@@ -106,7 +106,7 @@ fn closest<S: Simd>(simd: S, data: &Hierarchy, ray: &Ray, stack: &mut Stack) -> 
 fn closest_packets<S: Simd>(simd: S, data: &Hierarchy, rays: &[Ray], hits: &mut [Option<Hit>]) {
     let mut stack = Stack::new();
     for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-        if let Some(rays) = rays.as_array()
+        if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
             && let Some(packet) = Packet::new(simd, data, rays)
         {
             packet::traverse(simd, data, rays, &packet, &mut stack, hits);

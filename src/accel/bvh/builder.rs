@@ -72,7 +72,11 @@ fn references(shapes: &[Shape]) -> Vec<Ref> {
             let (lo, hi) = match shape {
                 Shape::Mesh(mesh) => {
                     let [a, b, c] = mesh.triangle(prim_id as u32);
-                    if is_flat([a, b, c]) { (Vec3::NAN, Vec3::NAN) } else { (a.min(b).min(c), a.max(b).max(c)) }
+                    if is_flat([a, b, c]) {
+                        (Vec3::NAN, Vec3::NAN)
+                    } else {
+                        (a.min(b).min(c), a.max(b).max(c))
+                    }
                 }
                 Shape::Spheres(spheres) => {
                     let b = spheres[prim_id].bounds();
@@ -205,7 +209,8 @@ impl Build<'_> {
         let area = work.bounds.half_area();
         let leaf_cost = Side { bounds: work.bounds, count }.cost();
         let cost = spatial.map_or(object.cost, |s| s.cost);
-        if may_be_leaf && !(cost + NODE_COST * area < leaf_cost) {
+        let worth_it = cost + NODE_COST * area < leaf_cost;
+        if may_be_leaf && !worth_it {
             return Err(work);
         }
         Ok(match spatial {

@@ -1,6 +1,6 @@
 //! The pure-Rust bounding volume hierarchy: 8-wide nodes, leaves of 4 primitives, one watertight triangle test.
 //!
-//! Read [`data`] for what is kept, [`builder`] for how it is made, [`single`] for how one ray goes through it.
+//! Read `data` for what is kept, `builder` for how it is made, `single` for how one ray goes through it.
 //!
 //! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. The
 //! test is the same arithmetic on every path and instruction set, and boxes are tested with room for its rounding,
@@ -11,6 +11,7 @@ mod binning;
 mod builder;
 mod data;
 mod emit;
+mod exactly;
 mod packet;
 mod ray;
 mod simd;
@@ -76,16 +77,19 @@ impl Bvh {
         Self { single_rays: true, ..self }
     }
 
-    /// Computes a hit's numbers anew, in f64: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits.
+    /// Computes a hit's numbers anew, in f64: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits,
+    /// and may name a primitive that the ray passes by, so that it must be asked again.
     ///
     /// The corners that it reads are those that shading needs next.
     #[inline]
-    fn polish(&self, ray: &Ray, hit: &mut Hit) {
-        if let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize]
-            && let Some(point) = exact::nearest_on_triangle(ray, mesh.triangle(hit.prim_id))
-        {
-            let t = (point.t as f32).clamp(ray.t_min, ray.t_max);
-            *hit = Hit { t, u: point.u as f32, v: point.v as f32, ..*hit };
+    fn polish(&self, ray: &Ray, hit: Hit) -> Option<Hit> {
+        let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize] else { return Some(hit) };
+        match exact::nearest_on_triangle(ray, mesh.triangle(hit.prim_id)) {
+            Some(point) if point.is_near(ray) => {
+                let t = (point.t as f32).clamp(ray.t_min, ray.t_max);
+                Some(Hit { t, u: point.u as f32, v: point.v as f32, ..hit })
+            }
+            _ => exactly::closest(&self.data, &self.shapes, ray),
         }
     }
 
@@ -111,9 +115,7 @@ impl Accelerator for Bvh {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.isa.run(Closest { data: &self.data, grouping: self.grouping(coherence), rays, hits });
         for (ray, hit) in rays.iter().zip(hits) {
-            if let Some(hit) = hit {
-                self.polish(ray, hit);
-            }
+            *hit = hit.and_then(|hit| self.polish(ray, hit));
         }
     }
 

@@ -223,20 +223,20 @@ impl Mask for Bits {
 }
 
 macro_rules! array_operators {
-    ($($trait:ident $name:ident $op:tt;)*) => { $(
+    ($($trait:ident $name:ident;)*) => { $(
         impl<const N: usize> $trait for Array<N> {
             type Output = Self;
             #[inline(always)]
             fn $name(mut self, o: Self) -> Self {
                 for i in 0..N {
-                    self.0[i] = self.0[i] $op o.0[i];
+                    self.0[i] = f32::$name(self.0[i], o.0[i]);
                 }
                 self
             }
         }
     )* };
 }
-array_operators! { Add add +; Sub sub -; Mul mul *; Div div /; }
+array_operators! { Add add; Sub sub; Mul mul; Div div; }
 
 impl<const N: usize> Array<N> {
     #[inline(always)]

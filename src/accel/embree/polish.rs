@@ -15,16 +15,11 @@ use super::single::{intersect_one, occluded_one};
 use crate::accel::{Coherence, exact};
 use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
-use glam::Vec3;
 
 /// By how much `t` may differ from the exact one, as a part of the coordinates that it comes from, before the ray is
 /// asked again. Far above the error of an ordinary hit, so that asking again is rare, and far below what a picture
 /// shows.
 const AGREEMENT: f64 = 256.0 * f32::EPSILON as f64;
-
-/// How far beside the primitive the ray may pass, in the same measure: Embree's edge tests are as generous as their
-/// rounding errors are large.
-const EDGE: f64 = 16.0 * f32::EPSILON as f64;
 
 /// What the primitive itself says of a hit; the hit has the exact numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,18 +47,12 @@ pub(super) fn judge(shapes: &[Shape], ray: &Ray, found: Hit) -> Verdict {
         return Verdict::Miss;
     };
     let t = point.t as f32;
-    let speed = largest(ray.dir);
-    let size = largest(ray.origin).max(point.t.abs() * speed);
-    if !(t >= ray.t_min && t <= ray.t_max && point.beside <= EDGE * size) {
+    if !(t >= ray.t_min && t <= ray.t_max && point.is_near(ray)) {
         return Verdict::Miss;
     }
     let hit = Hit { t, u: point.u as f32, v: point.v as f32, ..found };
-    let apart = (point.t - f64::from(found.t)).abs() * speed;
-    if apart <= AGREEMENT * size { Verdict::Right(hit) } else { Verdict::Elsewhere(hit) }
-}
-
-fn largest(v: Vec3) -> f64 {
-    f64::from(v.abs().max_element())
+    let apart = (point.t - f64::from(found.t)).abs() * f64::from(ray.dir.abs().max_element());
+    if apart <= AGREEMENT * point.size(ray) { Verdict::Right(hit) } else { Verdict::Elsewhere(hit) }
 }
 
 impl Scene {

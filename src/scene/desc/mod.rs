@@ -1,7 +1,7 @@
 //! What a scene file says: plain data for serde and for the JSON schema, checked by no more than its types.
 //!
 //! Lengths are in the scene's own unit, angles in degrees, colours linear Rec. 709. Everything is f64: nothing is
-//! rounded before it has moved to the unit world. [`load`](super::load) makes a [`Scene`](super::Scene) of it.
+//! rounded before it has moved to the unit world. `load` makes a [`Scene`](super::Scene) of it.
 //!
 //! An enum with content is tagged by the key `type` in a document. Its `Deserialize` is serde's externally tagged
 //! one, which the loader's reader feeds from `type`; the schema says what the document looks like.
