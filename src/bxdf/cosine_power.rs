@@ -15,7 +15,7 @@ use std::f32::consts::{LN_2, TAU};
 
 /// What becomes of a direction that falls below the surface.
 ///
-/// `P` is the lobe's mass above the surface, [`mass_above`]; `k` is the reflectance. The furnace value is the
+/// `P` is the lobe's mass above the surface, `mass_above`; `k` is the reflectance. The furnace value is the
 /// directional albedo, what a surface returns under the radiance 1 from everywhere.
 #[derive(
     Clone,
@@ -42,7 +42,7 @@ pub enum Horizon {
     /// Drawn again until it is above: the clipped lobe divided by its mass. Furnace: `k`.
     Reject,
     /// Lafortune and Willems' reciprocal lobe `f = k (e + 2) / (2 pi) cos^e(alpha)`, black below the surface.
-    /// Furnace: `k E`, see [`modified_phong_albedo`]; it falls with the cosine of incidence.
+    /// Furnace: `k E`, see `modified_phong_albedo`; it falls with the cosine of incidence.
     ///
     /// Source: Lafortune and Willems 1994, *Using the Modified Phong Reflectance Model for Physically Based
     /// Rendering*.
