@@ -6,7 +6,7 @@
 use super::data::Hierarchy;
 use super::packet::{self, PACKET, Packet};
 use super::ray::{Best, Prepared, Weights};
-use super::simd::{Kernel, Simd};
+use super::simd::{Available, Kernel, Simd};
 use super::single::{self, Stack};
 use super::stream::{STREAM, Stream};
 use crate::accel::Coherence;
@@ -28,69 +28,144 @@ pub(super) enum Grouping {
 }
 
 /// Closest hits of a slice.
-pub(super) struct Closest<'a> {
-    pub(super) data: &'a Hierarchy,
-    pub(super) grouping: Grouping,
-    pub(super) rays: &'a [Ray],
-    pub(super) hits: &'a mut [Option<Hit>],
+pub(super) fn closest_hits(
+    isa: Available,
+    data: &Hierarchy,
+    grouping: Grouping,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) {
+    match grouping {
+        Grouping::Groups(Coherence::Coherent) if isa.wants_batches() => {
+            isa.run(Packets { data, rays, hits });
+        }
+        Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
+            isa.run(Streams { data, rays, hits });
+        }
+        _ => isa.run(Singles { data, rays, hits }),
+    }
 }
 
-impl Kernel for Closest<'_> {
+/// Any hits of a slice.
+pub(super) fn any_hits(
+    isa: Available,
+    data: &Hierarchy,
+    grouping: Grouping,
+    rays: &[Ray],
+    occluded: &mut [bool],
+) {
+    if isa.wants_batches() && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
+        isa.run(AnyStreams { data, rays, occluded });
+    } else {
+        isa.run(AnySingles { data, rays, occluded });
+    }
+}
+
+// A kernel for each way, since a function that held them all would have registers for none.
+
+struct Singles<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl Kernel for Singles<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { data, grouping, rays, hits } = self;
-        match grouping {
-            Grouping::Groups(Coherence::Coherent) if S::BATCHES => closest_packets(simd, data, rays, hits),
-            Grouping::Groups(Coherence::Incoherent) if S::BATCHES && rays.len() >= LEAST_BATCH => {
-                let mut stream = Stream::new();
-                for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
-                    in_streams::<S, false>(simd, data, rays, &mut stream, |i, ray, best, weights| {
-                        hits[i] = best.hit(data, ray, weights);
-                    });
-                }
+        let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
+        for (ray, hit) in self.rays.iter().zip(self.hits) {
+            *hit = closest(simd, self.data, ray, &mut stack, &mut weights);
+        }
+    }
+}
+
+struct Packets<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl Kernel for Packets<'_> {
+    type Output = ();
+
+    /// Singly where the rays are not coherent after all.
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
+        for (rays, hits) in self.rays.chunks(PACKET).zip(self.hits.chunks_mut(PACKET)) {
+            if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
+                && let Some(packet) = Packet::new(simd, self.data, rays)
+            {
+                packet::traverse(simd, self.data, rays, &packet, &mut stack, hits);
+                continue;
             }
-            _ => {
-                let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
-                for (ray, hit) in rays.iter().zip(hits) {
-                    *hit = closest(simd, data, ray, &mut stack, &mut weights);
-                }
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = closest(simd, self.data, ray, &mut stack, &mut weights);
             }
         }
     }
 }
 
-/// Any hits of a slice.
-pub(super) struct Any<'a> {
-    pub(super) data: &'a Hierarchy,
-    pub(super) grouping: Grouping,
-    pub(super) rays: &'a [Ray],
-    pub(super) occluded: &'a mut [bool],
+struct Streams<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
 }
 
-impl Kernel for Any<'_> {
+impl Kernel for Streams<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { data, grouping, rays, occluded } = self;
-        if S::BATCHES && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
-            let mut stream = Stream::new();
-            for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
-                in_streams::<S, true>(simd, data, rays, &mut stream, |i, _, best, _| {
-                    occluded[i] = best.is_hit()
-                });
-            }
-            return;
+        let mut stream = Stream::new();
+        for (rays, hits) in self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH)) {
+            in_streams::<S, false>(simd, self.data, rays, &mut stream, |i, ray, best, weights| {
+                hits[i] = best.hit(self.data, ray, weights);
+            });
         }
+    }
+}
+
+struct AnySingles<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    occluded: &'a mut [bool],
+}
+
+impl Kernel for AnySingles<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
-        for (ray, occluded) in rays.iter().zip(occluded) {
+        for (ray, occluded) in self.rays.iter().zip(self.occluded) {
             let ray = Prepared::new(ray);
-            let none = Best::none(ray.t_max);
-            *occluded =
-                single::traverse::<S, true>(simd, data, &ray, &mut stack, data.root, none, &mut weights)
-                    .is_hit();
+            let (root, none) = (self.data.root, Best::none(ray.t_max));
+            let best =
+                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, root, none, &mut weights);
+            *occluded = best.is_hit();
+        }
+    }
+}
+
+struct AnyStreams<'a> {
+    data: &'a Hierarchy,
+    rays: &'a [Ray],
+    occluded: &'a mut [bool],
+}
+
+impl Kernel for AnyStreams<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut stream = Stream::new();
+        for (rays, occluded) in self.rays.chunks(BATCH).zip(self.occluded.chunks_mut(BATCH)) {
+            in_streams::<S, true>(simd, self.data, rays, &mut stream, |i, _, best, _| {
+                occluded[i] = best.is_hit();
+            });
         }
     }
 }
@@ -108,23 +183,6 @@ fn closest<S: Simd>(
     let none = Best::none(ray.t_max);
     let best = single::traverse::<S, false>(simd, data, &ray, stack, data.root, none, weights);
     best.hit(data, &ray, weights)
-}
-
-/// Closest hits in packets, and singly where the rays are not coherent after all.
-#[inline(always)]
-fn closest_packets<S: Simd>(simd: S, data: &Hierarchy, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
-    for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-        if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
-            && let Some(packet) = Packet::new(simd, data, rays)
-        {
-            packet::traverse(simd, data, rays, &packet, &mut stack, hits);
-            continue;
-        }
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = closest(simd, data, ray, &mut stack, &mut weights);
-        }
-    }
 }
 
 /// Up to [`BATCH`] rays in streams of one octant each.

@@ -16,13 +16,16 @@ pub(super) fn vec_with_capacity<T>(count: usize) -> Vec<T> {
 #[cfg(target_os = "linux")]
 const LEAST_BYTES: usize = 4 << 20;
 
+/// A multiple of the page size of every Linux machine.
+#[cfg(target_os = "linux")]
+const WHOLE_PAGES: usize = 64 << 10;
+
 #[cfg(target_os = "linux")]
 fn advise<T>(vec: &Vec<T>) {
     use rustix::mm::{Advice, madvise};
-    let page = rustix::param::page_size();
     let start = vec.as_ptr().cast::<u8>();
-    let before = start.align_offset(page);
-    let bytes = (vec.capacity() * size_of::<T>()).saturating_sub(before) / page * page;
+    let before = start.align_offset(WHOLE_PAGES);
+    let bytes = (vec.capacity() * size_of::<T>()).saturating_sub(before) / WHOLE_PAGES * WHOLE_PAGES;
     if bytes >= LEAST_BYTES {
         // SAFETY: the whole pages from `start + before` on belong to the vector's allocation, and the advice changes no
         // content. A refusal is no error: the pages stay small.

@@ -27,7 +27,7 @@ pub use simd::Isa;
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence, exact};
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
-use batch::{Any, Closest, Grouping};
+use batch::Grouping;
 use data::{Child, Hierarchy};
 use simd::Available;
 use std::sync::Arc;
@@ -125,7 +125,7 @@ fn in_pool<T: Send>(threads: usize, build: impl FnOnce() -> T + Send) -> T {
 impl Accelerator for Bvh {
     fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        self.isa.run(Closest { data: &self.data, grouping: self.grouping(coherence), rays, hits });
+        batch::closest_hits(self.isa, &self.data, self.grouping(coherence), rays, hits);
         if !self.exact {
             return;
         }
@@ -136,7 +136,7 @@ impl Accelerator for Bvh {
 
     fn occluded(&self, rays: &[Ray], coherence: Coherence, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        self.isa.run(Any { data: &self.data, grouping: self.grouping(coherence), rays, occluded });
+        batch::any_hits(self.isa, &self.data, self.grouping(coherence), rays, occluded);
     }
 
     fn info(&self) -> AccelInfo {

@@ -70,45 +70,35 @@ impl Prepared {
     /// The inner form of a ray. An inactive one ends before it starts.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
-        let (origin, dir) = (Vec3A::from(ray.origin), Vec3A::from(ray.dir));
+        let (mut origin, mut dir) = (Vec3A::from(ray.origin), Vec3A::from(ray.dir));
+        let (mut t_min, mut t_max, mut t_scale) = (ray.t_min, ray.t_max, 1.0);
+
         // NaN and infinity stay in the sums and fail the comparisons.
         let is_usual = origin.abs().element_sum() < f32::INFINITY
             && (LEAST_LENGTH..=GREATEST_LENGTH).contains(&dir.abs().element_sum())
-            && ray.t_min <= ray.t_max;
-        if is_usual { Self::scaled(ray, origin, dir, 1.0) } else { Self::unusual(ray) }
-    }
-
-    /// Rays that are inactive, or whose direction has an extreme length.
-    #[cold]
-    #[inline(never)]
-    fn unusual(ray: &Ray) -> Self {
-        if !ray.is_active() {
-            return Self::scaled(&Ray::inactive(), Vec3A::ZERO, Vec3A::Z, 1.0);
+            && t_min <= t_max;
+        if !is_usual {
+            let (scaled, scale) = unusual(ray);
+            (origin, dir) = (scaled.origin.into(), scaled.dir.into());
+            (t_min, t_max, t_scale) = (scaled.t_min, scaled.t_max, scale);
         }
-        let t_scale = power_of_two_below(ray.dir.abs().max_element());
-        Self::scaled(ray, Vec3A::from(ray.origin), Vec3A::from(ray.dir) / t_scale, t_scale)
-    }
-
-    #[inline(always)]
-    fn scaled(ray: &Ray, origin: Vec3A, dir: Vec3A, t_scale: f32) -> Self {
-        let slabs = Slabs::new(origin, dir);
-        let octant = slabs.rcp.is_negative_bitmask();
 
         // Which components are at least the next one tells the greatest without branches, which incoherent rays would
         // mispredict.
         let length = dir.abs();
         let axes = AXES_BY_ORDER[length.cmpge(length.yzx()).bitmask() as usize & 7];
-        let (dir, from) = (dir.to_array(), origin.to_array());
+        let slabs = Slabs::new(origin, dir);
+        let (along, from) = (dir.to_array(), origin.to_array());
         let z = slabs.rcp.to_array()[axes[2]];
         Self {
             origin,
             turned_origin: Vec3A::new(from[axes[0]], from[axes[1]], from[axes[2]]),
             axes,
-            shear: Vec3A::new(dir[axes[0]] * z, dir[axes[1]] * z, z),
+            shear: Vec3A::new(along[axes[0]] * z, along[axes[1]] * z, z),
+            octant: slabs.rcp.is_negative_bitmask(),
             slabs,
-            octant,
-            t_min: ray.t_min * t_scale,
-            t_max: (ray.t_max * t_scale).min(f32::MAX),
+            t_min,
+            t_max: if t_max < f32::MAX { t_max } else { f32::MAX },
             t_scale,
             skip: ray.skip,
         }
@@ -138,8 +128,20 @@ pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 const AXES_BY_ORDER: [[usize; 3]; 8] =
     [AXES[0], AXES[0], AXES[1], AXES[0], AXES[2], AXES[2], AXES[1], AXES[0]];
 
-/// The greatest power of two that is at most `x`, for a positive finite `x`, but at least the least normal number.
+/// A ray that is inactive, or whose direction has an extreme length, in numbers that are usual, and one `t` of the given
+/// ray in its own.
 #[cold]
+#[inline(never)]
+fn unusual(ray: &Ray) -> (Ray, f32) {
+    if !ray.is_active() {
+        return (Ray { t_min: 1.0, t_max: 0.0, ..Ray::new(Vec3::ZERO, Vec3::Z) }, 1.0);
+    }
+    let scale = power_of_two_below(ray.dir.abs().max_element());
+    let (t_min, t_max) = (ray.t_min * scale, ray.t_max * scale);
+    (Ray { dir: ray.dir / scale, t_min, t_max, ..*ray }, scale)
+}
+
+/// The greatest power of two that is at most `x`, for a positive finite `x`, but at least the least normal number.
 fn power_of_two_below(x: f32) -> f32 {
     f32::from_bits(x.to_bits() & 0xff80_0000).max(f32::MIN_POSITIVE)
 }

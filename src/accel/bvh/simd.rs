@@ -73,6 +73,11 @@ impl Available {
         self.0
     }
 
+    /// Whether packets and streams were measured to win over single rays on this set.
+    pub(super) fn wants_batches(self) -> bool {
+        self.0 == Isa::Avx2
+    }
+
     /// Runs the kernel, compiled for the set.
     #[inline]
     pub(super) fn run<K: Kernel>(self, kernel: K) -> K::Output {
@@ -152,8 +157,6 @@ pub(super) trait Simd: Copy {
     type F8: Lanes<8>;
     /// Eight sets of 32.
     type Marks: Copy;
-    /// Whether packets and streams were measured to win over single rays on this set.
-    const BATCHES: bool;
 
     /// Four floats from memory.
     fn load4(self, from: &[f32; 4]) -> Self::F4;
@@ -300,7 +303,6 @@ impl Simd for Portable {
     type F4 = Array<4>;
     type F8 = Array<8>;
     type Marks = [u32; 8];
-    const BATCHES: bool = false;
     #[inline(always)]
     fn load4(self, from: &[f32; 4]) -> Array<4> {
         Array(*from)
@@ -512,12 +514,11 @@ mod x86 {
     }
 
     macro_rules! tokens {
-        ($($token:ident $f8:ident $batches:literal |$p:ident| $load:expr, |$x:ident| $splat:expr;)*) => { $(
+        ($($token:ident $f8:ident |$p:ident| $load:expr, |$x:ident| $splat:expr;)*) => { $(
             impl Simd for $token {
                 type F4 = Sse4;
                 type F8 = $f8;
                 type Marks = $f8;
-                const BATCHES: bool = $batches;
                 #[inline(always)]
                 fn load4(self, from: &[f32; 4]) -> Sse4 {
                     // SAFETY: four floats are read from an array of four; SSE2 is in the baseline.
@@ -560,7 +561,7 @@ mod x86 {
         )* };
     }
     tokens! {
-        Avx2 Avx8 true |p| Avx8(_mm256_loadu_ps(p)), |x| Avx8(_mm256_set1_ps(x));
-        Sse2 Sse8 false |p| Sse8(_mm_loadu_ps(p), _mm_loadu_ps(p.add(4))), |x| Sse8(_mm_set1_ps(x), _mm_set1_ps(x));
+        Avx2 Avx8 |p| Avx8(_mm256_loadu_ps(p)), |x| Avx8(_mm256_set1_ps(x));
+        Sse2 Sse8 |p| Sse8(_mm_loadu_ps(p), _mm_loadu_ps(p.add(4))), |x| Sse8(_mm_set1_ps(x), _mm_set1_ps(x));
     }
 }

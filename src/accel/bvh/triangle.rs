@@ -128,7 +128,10 @@ pub(super) fn with_flat_distances(
                 |corner: &[[f32; BLOCK]; 3]| (corner[ray.axes[2]][lane] - ray.turned_origin.z) * ray.shear.z;
             let (u, v, w) = (depth(a), depth(b), depth(c));
             let plane = (a[axis][lane] - ray.origin[axis]) * ray.slabs.rcp[axis];
-            distances[lane] = plane.max(u.min(v).min(w)).min(u.max(v).max(w));
+            // There is no NaN here.
+            let min = |x: f32, y: f32| if x < y { x } else { y };
+            let max = |x: f32, y: f32| if x > y { x } else { y };
+            distances[lane] = min(max(plane, min(min(u, v), w)), max(max(u, v), w));
         }
     }
     distances
