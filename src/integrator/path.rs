@@ -1,6 +1,6 @@
 //! The state of a path between two surfaces, and of a surface whose rays are still to be made.
 
-use super::bounce::Leaving;
+use super::bounce::{Leaving, Reached};
 use super::tally::RayClass;
 use crate::bxdf::Bsdf;
 use crate::core::{Ray, Rgb};
@@ -70,6 +70,7 @@ pub(super) struct Wave {
 }
 
 impl Wave {
+    #[inline]
     pub(super) fn push(&mut self, class: RayClass, path: Path, ray: Ray) {
         let rays = &mut self.classes[class as usize];
         rays.paths.push(path);
@@ -96,4 +97,12 @@ pub(super) struct Vertex {
     pub bsdf: Bsdf,
     /// Which rays leave.
     pub leaving: Leaving,
+}
+
+impl Vertex {
+    /// The surface and the rays that are still to be made.
+    pub(super) fn parts(&mut self) -> (Reached<'_>, &mut Leaving) {
+        let Self { path, point, bsdf, leaving } = self;
+        (Reached { path, point, bsdf }, leaving)
+    }
 }

@@ -1,5 +1,6 @@
 //! One end of a ray: what is seen where it hits, or where it misses.
 
+use super::bounce::{Numbers, Reached};
 use super::direct::{Unoccluded, emitter_hit};
 use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
@@ -20,6 +21,7 @@ pub(super) struct Outgoing<'a> {
 
 impl Integrator<'_> {
     /// What a ray sees that hits nothing.
+    #[inline(always)]
     pub(super) fn miss(&self, path: &Path, ray: &Ray) -> Rgb {
         match &self.scene.lights.environment {
             Some(environment) => path.beta * environment.le(ray.dir) * self.environment_weight(path, ray),
@@ -28,6 +30,7 @@ impl Integrator<'_> {
     }
 
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
+    #[inline(always)]
     pub(super) fn shade(&self, path: &Path, ray: &Ray, hit: &Hit, root: &mut Root, out: &mut Outgoing) {
         let point = self.scene.interaction(ray, hit);
         let geometry = &self.scene.geometries[hit.geom_id as usize];
@@ -53,26 +56,31 @@ impl Integrator<'_> {
         }
 
         // Light from elsewhere.
-        let bsdf = material.bsdf(point.p);
-        let choice = root.choice(path);
-        let leaving = self.plan_rays(path, &point.at, &bsdf, choice[0]);
+        let here;
+        let bsdf = match &self.bsdfs[geometry.material as usize] {
+            Some(everywhere) => everywhere,
+            None => {
+                here = material.bsdf(point.p);
+                &here
+            }
+        };
+        let numbers = Numbers::draw(&root.sampler, path);
+        let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice[0]);
+        let from = Reached { path, point: &point, bsdf };
         if self.is_last(path) {
-            let seen = self.end(path, &point.at, &bsdf, &root.sampler, out.tally);
+            let seen = self.end(path, &point.at, bsdf, &root.sampler, out.tally);
             root.add(seen, out.tally);
         }
         if self.samples_lights {
-            match self.sample_light(path, &point, &bsdf, &leaving, choice[1], &root.sampler) {
+            match self.sample_light(&from, &leaving, &numbers) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
                 Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),
                 None => {}
             }
         }
+        self.make_rays(&from, &mut leaving, &root.sampler, Some(&numbers), out.next);
         if leaving.remaining() > 0 {
-            let mut vertex = Vertex { path: *path, point, bsdf, leaving };
-            self.make_rays(&mut vertex, &root.sampler, out.next);
-            if vertex.leaving.remaining() > 0 {
-                out.waiting.push(vertex);
-            }
+            out.waiting.push(Vertex { path: *path, point, bsdf: *bsdf, leaving });
         }
     }
 }

@@ -183,6 +183,8 @@ struct Picture<'a> {
     samples: Range<u32>,
     tiles: Vec<Tile>,
     state: Mutex<State>,
+    /// Those that no thread is using.
+    scratches: Mutex<Vec<Scratch>>,
     thread_nanoseconds: AtomicU64,
 }
 
@@ -213,6 +215,7 @@ impl<'a> Picture<'a> {
             samples: options.samples.clone().unwrap_or(0..scene.settings.spp),
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),
+            scratches: Mutex::default(),
             thread_nanoseconds: AtomicU64::new(0),
         }
     }
@@ -292,8 +295,11 @@ impl<'a> Picture<'a> {
     /// Brings every pixel that is still in work to the round's number of samples.
     fn round(&self, round: &Round<'_>) {
         let tiles = self.tiles.par_iter().enumerate().with_max_len(1);
-        tiles.for_each_init(Scratch::default, |scratch, (number, tile)| {
-            self.tile(round, number, tile, scratch);
+        tiles.for_each(|(number, tile)| {
+            // As many as there are threads, each kept from tile to tile.
+            let mut scratch = self.scratches.lock().expect(NO_PANIC).pop().unwrap_or_default();
+            self.tile(round, number, tile, &mut scratch);
+            self.scratches.lock().expect(NO_PANIC).push(scratch);
         });
     }
 

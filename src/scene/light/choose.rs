@@ -53,7 +53,7 @@ impl Lights {
         };
         let le_over_pdf = sample.le_over_pdf / probability as f32;
         let arrives = le_over_pdf.is_finite() && !le_over_pdf.is_black();
-        let ln_pdf = sample.ln_pdf + probability.ln() as f32;
+        let ln_pdf = sample.ln_pdf + ln_share(probability);
         arrives.then_some(LightSample { le_over_pdf, ln_pdf, ..sample })
     }
 
@@ -64,7 +64,7 @@ impl Lights {
         if probability == 0.0 {
             return f32::NEG_INFINITY;
         }
-        probability.ln() as f32 + self.lights[hit.light as usize].ln_pdf(to, hit)
+        ln_share(probability) + self.lights[hit.light as usize].ln_pdf(to, hit)
     }
 
     /// Logarithm of the density with which [`sample`](Self::sample) goes along `wi` to the environment.
@@ -73,7 +73,7 @@ impl Lights {
         match &self.environment {
             Some(environment) if self.far.has_environment() => {
                 let probability = (1.0 - self.near_share(to)) * self.far.probability(to, 0);
-                probability.ln() as f32 + environment.pdf(to, wi).ln()
+                ln_share(probability) + environment.pdf(to, wi).ln()
             }
             _ => f32::NEG_INFINITY,
         }
@@ -108,6 +108,12 @@ impl Lights {
         let far = f64::from(self.far.importance(to));
         LEAST_SHARE + (1.0 - 2.0 * LEAST_SHARE) * near / (near + far)
     }
+}
+
+/// The logarithm of a probability, which is often one.
+#[inline]
+fn ln_share(probability: f64) -> f32 {
+    if probability == 1.0 { 0.0 } else { (probability as f32).ln() }
 }
 
 /// `choice` with 28 bits more, from a hash of `u`: a walk down a deep tree leaves few of the 24.
