@@ -1,6 +1,7 @@
 //! One end of a ray: what is seen where it hits, or where it misses.
 
 use super::direct::{Unoccluded, emitter_hit};
+use super::guide::Trail;
 use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
 use super::wave::{Integrator, Root, Shadows};
@@ -14,6 +15,8 @@ pub(super) struct Outgoing<'a> {
     pub waiting: &'a mut Vec<Vertex>,
     /// Shadow rays of this step.
     pub shadows: &'a mut Shadows,
+    /// What denoisers are told of each camera sample; empty where nobody asks.
+    pub trails: &'a mut [Trail],
     /// What is counted.
     pub tally: &'a mut Tally,
 }
@@ -22,7 +25,10 @@ impl Integrator<'_> {
     /// What a ray sees that hits nothing.
     pub(super) fn miss(&self, path: &Path, ray: &Ray) -> Rgb {
         match &self.scene.lights.environment {
-            Some(environment) => path.beta * environment.le(ray.dir) * self.environment_weight(path, ray),
+            Some(environment) => {
+                let seen = path.beta * environment.le(ray.dir) * self.environment_weight(path, ray);
+                self.bounded(seen, path.depth)
+            }
             None => Rgb::BLACK,
         }
     }
@@ -33,6 +39,11 @@ impl Integrator<'_> {
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
+        let mut trail = if path.followed { out.trails.get_mut(path.slot as usize) } else { None };
+        if let Some(trail) = &mut trail {
+            trail.way += hit.t;
+        }
+
         // Light of the surface's own.
         if let Some(emission) = material.emission
             && (point.at.front || material.emits_both_sides)
@@ -40,25 +51,32 @@ impl Integrator<'_> {
             let weight = geometry
                 .light
                 .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, &point)));
-            root.add(path.beta * emission * weight, out.tally);
+            root.add(self.bounded(path.beta * emission * weight, path.depth), out.tally);
         }
         if path.emission_only {
             return;
         }
         if let Some(ambient) = &material.ambient {
-            root.add(path.beta * ambient.at(point.p) * self.scene.ambient, out.tally);
+            let ambient = path.beta * ambient.at(point.p) * self.scene.ambient;
+            root.add(self.bounded(ambient, path.depth + 1), out.tally);
         }
         if !material.reflects() {
+            if let Some(trail) = trail {
+                self.describe(path, &point, Rgb::BLACK, trail);
+            }
             return;
         }
 
         // Light from elsewhere.
         let bsdf = material.bsdf(point.p);
         let choice = root.choice(path);
-        let leaving = self.plan_rays(path, &point.at, &bsdf, choice[0]);
+        let mut leaving = self.plan_rays(path, &point.at, &bsdf, choice[0]);
+        if let Some(trail) = trail {
+            leaving.followed = self.tell(path, &point, &bsdf, &leaving, trail);
+        }
         if self.is_last(path) {
             let seen = self.end(path, &point.at, &bsdf, &root.sampler, out.tally);
-            root.add(seen, out.tally);
+            root.add(self.bounded(seen, path.depth + 1), out.tally);
         }
         if self.samples_lights {
             match self.sample_light(path, &point, &bsdf, &leaving, choice[1], &root.sampler) {
