@@ -16,10 +16,12 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         direct_light,
         diffuse_bounces,
         highlights,
+        clamp_indirect,
+        aovs,
         sampler,
         seed,
     } = settings;
-    json!({
+    let mut all = json!({
         "spp": spp,
         "max_depth": max_depth,
         "at_max_depth": at_max_depth,
@@ -31,7 +33,15 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         "highlights": highlights,
         "sampler": sampler,
         "seed": seed,
-    })
+    });
+    // Named where they say something: a picture with a bound on it is labelled, others are as they were.
+    if let Some(most) = clamp_indirect {
+        all["clamp_indirect"] = json!(most);
+    }
+    if !aovs.is_empty() {
+        all["aovs"] = json!(aovs);
+    }
+    all
 }
 
 /// On one line: `spp 64, max_depth 8, ...`.

@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
+mod blue_noise;
 mod fixed;
 mod frame;
 mod ray;

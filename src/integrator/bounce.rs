@@ -82,6 +82,8 @@ pub(super) struct Leaving {
     pub rate: [f32; Bsdf::MAX_LOBES],
     /// Whether each lobe's rays look for lights only.
     pub emission_only: [bool; Bsdf::MAX_LOBES],
+    /// The lobe whose first ray shows what the camera sample shows.
+    pub followed: Option<usize>,
     /// The next ray to be made: its lobe and its number there.
     next: (usize, u32),
 }
@@ -278,6 +280,7 @@ impl Integrator<'_> {
             },
             receiver_n: point.at.n,
             emission_only: leaving.emission_only[lobe],
+            followed: leaving.followed == Some(lobe) && index == path.index.wrapping_mul(leaving.count[lobe]),
         };
         let class = if bxdf.kind() == LobeKind::Diffuse { RayClass::Diffuse } else { RayClass::Glossy };
         wave.push(class, child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit));

@@ -51,7 +51,7 @@ impl Integrator<'_> {
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
             reflected += self.lit(path, point, bxdf, leaving.rate[lobe], &light);
         }
-        let radiance = path.beta * reflected * light.le_over_pdf;
+        let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
         if radiance.is_black() {
             return None;
         }
@@ -88,6 +88,19 @@ impl Integrator<'_> {
                     f_cos * power_heuristic(light.ln_pdf, ln_pdf + ln_rate(rate))
                 }
             },
+        }
+    }
+
+    /// Radiance that was reflected so often, no more of it than the settings allow.
+    #[inline]
+    pub(super) fn bounded(&self, radiance: Rgb, reflections: u32) -> Rgb {
+        match self.scene.settings.clamp_indirect {
+            Some(most) if reflections > 1 => {
+                let channel = radiance.max_channel();
+                // What is not finite is the film's to count.
+                if channel > most && channel.is_finite() { radiance * (most / channel) } else { radiance }
+            }
+            _ => radiance,
         }
     }
 

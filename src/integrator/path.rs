@@ -29,6 +29,8 @@ pub(super) struct Path {
     pub receiver_n: Vec3,
     /// Whether only light that comes straight from a light counts.
     pub emission_only: bool,
+    /// Whether what it meets is what the camera sample shows: nothing but mirrors and the like came before.
+    pub followed: bool,
 }
 
 impl Path {
@@ -44,6 +46,7 @@ impl Path {
             ln_rate: f32::INFINITY,
             receiver_n: Vec3::Z,
             emission_only: false,
+            followed: true,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::bounce::{Numbers, Reached};
 use super::direct::{Unoccluded, emitter_hit};
+use super::guide::Trail;
 use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
 use super::wave::{Integrator, Root, Shadows};
@@ -15,6 +16,8 @@ pub(super) struct Outgoing<'a> {
     pub waiting: &'a mut Vec<Vertex>,
     /// Shadow rays of this step.
     pub shadows: &'a mut Shadows,
+    /// What denoisers are told of each camera sample; empty where nobody asks.
+    pub trails: &'a mut [Trail],
     /// What is counted.
     pub tally: &'a mut Tally,
 }
@@ -24,7 +27,10 @@ impl Integrator<'_> {
     #[inline(always)]
     pub(super) fn miss(&self, path: &Path, ray: &Ray) -> Rgb {
         match &self.scene.lights.environment {
-            Some(environment) => path.beta * environment.le(ray.dir) * self.environment_weight(path, ray),
+            Some(environment) => {
+                let seen = path.beta * environment.le(ray.dir) * self.environment_weight(path, ray);
+                self.bounded(seen, path.depth)
+            }
             None => Rgb::BLACK,
         }
     }
@@ -36,6 +42,11 @@ impl Integrator<'_> {
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
+        let mut trail = if path.followed { out.trails.get_mut(path.slot as usize) } else { None };
+        if let Some(trail) = &mut trail {
+            trail.way += hit.t;
+        }
+
         // Light of the surface's own.
         if let Some(emission) = material.emission
             && (point.at.front || material.emits_both_sides)
@@ -43,15 +54,19 @@ impl Integrator<'_> {
             let weight = geometry
                 .light
                 .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, &point)));
-            root.add(path.beta * emission * weight, out.tally);
+            root.add(self.bounded(path.beta * emission * weight, path.depth), out.tally);
         }
         if path.emission_only {
             return;
         }
         if let Some(ambient) = &material.ambient {
-            root.add(path.beta * ambient.at(point.p) * self.scene.ambient, out.tally);
+            let ambient = path.beta * ambient.at(point.p) * self.scene.ambient;
+            root.add(self.bounded(ambient, path.depth + 1), out.tally);
         }
         if !material.reflects() {
+            if let Some(trail) = trail {
+                self.describe(path, &point, Rgb::BLACK, trail);
+            }
             return;
         }
 
@@ -66,10 +81,13 @@ impl Integrator<'_> {
         };
         let numbers = Numbers::draw(&root.sampler, path);
         let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice[0]);
+        if let Some(trail) = trail {
+            leaving.followed = self.tell(path, &point, bsdf, &leaving, trail);
+        }
         let from = Reached { path, point: &point, bsdf };
         if self.is_last(path) {
             let seen = self.end(path, &point.at, bsdf, &root.sampler, out.tally);
-            root.add(seen, out.tally);
+            root.add(self.bounded(seen, path.depth + 1), out.tally);
         }
         if self.samples_lights {
             match self.sample_light(&from, &leaving, &numbers) {

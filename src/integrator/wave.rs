@@ -1,5 +1,6 @@
 //! The wave loop: all paths of a wave take one step together.
 
+use super::guide::Trail;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::Outgoing;
@@ -69,6 +70,8 @@ pub struct Scratch {
     hits: Vec<Option<Hit>>,
     shadows: Shadows,
     waiting: Waiting,
+    /// What denoisers are told of each root; empty where nobody asks.
+    trails: Vec<Trail>,
 }
 
 /// Shadow rays and the light that each lets through.
@@ -147,12 +150,19 @@ impl<'a> Integrator<'a> {
                 }
                 let block = Work { pixels: block, samples: first..last, ..*work };
                 self.start(film.rect, &block, scratch);
+                scratch.trails.clear();
+                if !film.guides.is_empty() {
+                    scratch.trails.resize(scratch.roots.len(), Trail::default());
+                }
                 if !self.trace(scratch, tally, stop) {
                     return;
                 }
                 tally.samples += scratch.roots.len() as u64;
                 for root in &scratch.roots {
                     film.pixels[root.pixel as usize].add(root.sum);
+                }
+                for (root, trail) in scratch.roots.iter().zip(&scratch.trails) {
+                    film.guides[root.pixel as usize].add(&trail.guide, root.sum);
                 }
             }
             first = last;
@@ -232,10 +242,10 @@ impl<'a> Integrator<'a> {
     /// Shades the hits of one class of the wave.
     #[inline(always)]
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
-        let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
+        let Scratch { roots, wave, next, hits, shadows, waiting, trails } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
-        let mut out = Outgoing { next, waiting, shadows, tally };
+        let mut out = Outgoing { next, waiting, shadows, trails, tally };
         for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
             let root = &mut roots[path.slot as usize];
             match hit {

@@ -3,6 +3,7 @@
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
 //! `split` into how many rays a glossy hit is worth splitting.
 
+mod aov;
 mod decisions;
 mod noise;
 mod split;
@@ -20,6 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
 
+pub use aov::aov_channels;
 pub use decisions::Decisions;
 
 pub use crate::integrator::{ClassCount, RayClass, RayLog, Tally};
@@ -200,7 +202,8 @@ impl<'a> Picture<'a> {
         let [width, height] = scene.camera.resolution;
         let rect = options.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height });
         assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
-        let begin = || State::from(Film::new(scene.camera.resolution, rect));
+        let guides = !scene.settings.aovs.is_empty();
+        let begin = || State::from(Film::new(scene.camera.resolution, rect).with_guides(guides));
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
         let by_tile = matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
@@ -305,7 +308,8 @@ impl<'a> Picture<'a> {
 
     fn tile(&self, round: &Round<'_>, number: usize, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
-        let mut film = Film::new(self.scene.camera.resolution, tile.rect);
+        let guides = !self.scene.settings.aovs.is_empty();
+        let mut film = Film::new(self.scene.camera.resolution, tile.rect).with_guides(guides);
         let mut tally = Tally::default();
         if self.must_stop().is_some() {
             return;

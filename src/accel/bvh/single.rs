@@ -1,6 +1,6 @@
 //! One ray at a time: depth first, nearest child first, hit children prefetched while they are being sorted.
 
-use super::data::{Child, Hierarchy, Node, Place, TriangleBlock};
+use super::data::{Child, Hierarchy, Node, Place};
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::simd::{Lanes, Mask, Simd};
 use super::{sphere, triangle};

@@ -109,10 +109,9 @@ impl RectangleLight {
 
     /// A direction towards the rectangle.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f32; 2]) -> Option<LightSample> {
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let p = to.p.as_dvec3();
         let height = self.height(p)?;
-        let u = u.map(f64::from);
         let (way, solid_angle) = match self.near(p, height) {
             Some(seen) => {
                 let q = seen.sample(u);
