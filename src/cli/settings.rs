@@ -16,6 +16,7 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         direct_light,
         diffuse_bounces,
         highlights,
+        occlusion,
         sampler,
         seed,
     } = settings;
@@ -29,6 +30,7 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         "direct_light": direct_light,
         "diffuse_bounces": diffuse_bounces,
         "highlights": highlights,
+        "occlusion": occlusion,
         "sampler": sampler,
         "seed": seed,
     })

@@ -60,6 +60,9 @@ impl Integrator<'_> {
             let seen = self.end(path, &point.at, &bsdf, &root.sampler, out.tally);
             root.add(seen, out.tally);
         }
+        if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
+            self.reflect_environment(path, &point, &bsdf, root, out);
+        }
         if self.samples_lights {
             match self.sample_light(path, &point, &bsdf, &leaving, choice[1], &root.sampler) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),

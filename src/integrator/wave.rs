@@ -22,7 +22,7 @@ pub struct Integrator<'a> {
     pub(super) accel: &'a dyn Accelerator,
     pub(super) samples_lights: bool,
     pub(super) capacity: usize,
-    log: Option<&'a dyn RayLog>,
+    pub(super) log: Option<&'a dyn RayLog>,
 }
 
 /// A camera sample of the wave in work: where its radiance comes together.

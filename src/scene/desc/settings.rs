@@ -3,7 +3,7 @@
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
-use crate::scene::settings::{AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
+use crate::scene::settings::{AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -32,6 +32,8 @@ pub struct SettingsDesc {
     pub diffuse_bounces: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
+    /// How much of what hides the environment glossy reflections heed: all but `exact` are approximations.
+    pub occlusion: Option<Occlusion>,
     /// Which numbers are drawn.
     pub sampler: Option<SamplerKind>,
     /// Which of all their sequences.
@@ -52,6 +54,7 @@ impl SettingsDesc {
             direct_light: self.direct_light.unwrap_or(preset.direct_light),
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
+            occlusion: self.occlusion.unwrap_or(preset.occlusion),
             sampler: self.sampler.unwrap_or(preset.sampler),
             seed: self.seed.unwrap_or(preset.seed),
         }
