@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Flags of `gloss render` for long and for shared renders.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct FarmArgs {
     /// Keep the exact state of the render in this file (an EXR that viewers show), every so often and at the end
     #[arg(long, value_name = "FILE", help_heading = FARM)]

@@ -161,6 +161,14 @@ pub(super) fn threshold(typed: &str) -> Result<f64, String> {
     }
 }
 
+/// An error above 0.
+pub(super) fn error(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if n > 0.0 && n.is_finite() => Ok(n),
+        _ => Err("it is a number above 0, such as 0.001".to_owned()),
+    }
+}
+
 /// A fraction.
 pub(super) fn fraction(typed: &str) -> Result<f64, String> {
     match typed.parse::<f64>() {
@@ -230,6 +238,7 @@ mod tests {
             assert!(exposure(bad).is_err(), "{bad}");
         }
         assert!(ppd("0").is_err() && ppd("nan").is_err() && ppd("1e9").is_err());
+        assert!(error("0").is_err() && error("inf").is_err() && error("x").is_err());
         assert!(threshold("-1").is_err() && threshold("nan").is_err());
         assert!(fraction("1.5").is_err() && fraction("-0.1").is_err() && fraction("nan").is_err());
     }

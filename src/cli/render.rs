@@ -4,6 +4,7 @@ use super::accel_args::AccelArgs;
 use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
 use super::farm_args::{Begin, FarmArgs, Subject, Watch};
+use super::like::LikeArgs;
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
@@ -23,7 +24,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Render a scene
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Files are written whole or not at all: an older file of the same name stays until the new one is complete.
 
@@ -42,7 +43,8 @@ Examples:
   gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10
   gloss render scenes/lemon.toml -o lemon.png --checkpoint lemon.state.exr --resume
   gloss render scenes/lemon.toml -o lemon-3.exr --shard 3/8
-  gloss render scenes/lemon.toml -o lemon.png --stats")]
+  gloss render scenes/lemon.toml -o lemon.png --stats
+  gloss render scenes/lemon.toml -o lemon.png --like trade.json --target-error 0.001")]
 pub(super) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -77,6 +79,9 @@ pub(super) struct Args {
     accel: AccelArgs,
 
     #[command(flatten)]
+    like: LikeArgs,
+
+    #[command(flatten)]
     farm: FarmArgs,
 
     /// Say where the time went: rays, Mray/s and share of time by class, and the time of the rays alone by that of the
@@ -103,6 +108,7 @@ pub(super) struct Args {
 
 /// Renders, writes and tells.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
+    let args = &args.with_advice()?;
     // Everything that can be refused is refused before the work.
     if args.farm.shard.is_some() {
         // Whoever shares a picture among machines should not have to visit each for this.
@@ -175,6 +181,17 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 impl Args {
+    /// These flags after what `--like` brings.
+    fn with_advice(&self) -> Result<Self, Failure> {
+        let mut args = self.clone();
+        if let Some(sentence) = self.like.apply(&mut args.scene, &mut args.accel)?
+            && !self.quiet
+        {
+            note(&sentence);
+        }
+        Ok(args)
+    }
+
     /// What checkpoints and shards are of.
     fn subject<'a>(&'a self, scene: &'a Scene) -> Subject<'a> {
         Subject { name: &self.scene.scene, scene, accel: &self.accel, crop: self.crop, noise: self.noise }

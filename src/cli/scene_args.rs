@@ -9,7 +9,7 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 /// A scene file, and flags that go before what it says.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct SceneArgs {
     /// Scene file: TOML, or JSON if its name ends in .json
     pub(super) scene: PathBuf,
@@ -67,6 +67,10 @@ pub(super) struct SceneArgs {
     /// Set any key of the scene file, such as settings.diffuse_bounces=false; may be given again, goes last
     #[arg(short = 'D', value_name = "PATH=VALUE", value_parser = parse::definition, help_heading = SETTINGS)]
     define: Vec<Override>,
+
+    /// What goes before all flags.
+    #[arg(skip)]
+    pub(super) before: Vec<Override>,
 }
 
 const SETTINGS: &str = "Settings (before what the scene file says)";
@@ -89,7 +93,18 @@ impl SceneArgs {
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];
         let set = named.into_iter().filter_map(|(path, value)| Some((path.to_owned(), value?)));
-        set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned()).collect()
+        let flags = set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned());
+        self.before.iter().cloned().chain(flags).collect()
+    }
+
+    /// Samples per pixel, if they were asked for.
+    pub(super) fn spp(&self) -> Option<u32> {
+        self.spp.map(NonZeroU32::get)
+    }
+
+    /// Size of the picture, if it was asked for.
+    pub(super) fn resolution(&self) -> Option<[u32; 2]> {
+        self.resolution
     }
 
     /// The file's name for people.

@@ -18,6 +18,7 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         highlights,
         clamp_indirect,
         aovs,
+        occlusion,
         sampler,
         seed,
     } = settings;
@@ -31,6 +32,7 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         "direct_light": direct_light,
         "diffuse_bounces": diffuse_bounces,
         "highlights": highlights,
+        "occlusion": occlusion,
         "sampler": sampler,
         "seed": seed,
     });

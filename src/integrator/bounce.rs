@@ -44,6 +44,8 @@ pub(super) enum Dimension {
     LightDirection,
     /// Whether the path goes on.
     Survival,
+    /// The rays that stand for the visibility of the environment.
+    Occlusion,
 }
 
 impl Dimension {
@@ -57,6 +59,8 @@ impl Dimension {
             Self::Choice => 3,
             Self::LightDirection => 4,
             Self::Survival => 5,
+            // Beyond all others, so that they stay what they are.
+            Self::Occlusion => return 0x8000_0000 + depth,
         };
         1 + depth * Self::PER_VERTEX + offset
     }
@@ -169,7 +173,9 @@ impl Integrator<'_> {
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
     fn continues(&self, path: &Path, bxdf: &Bxdf) -> bool {
-        !self.is_last(path) && (bxdf.kind() != LobeKind::Diffuse || self.scene.settings.diffuse_bounces)
+        !self.is_last(path)
+            && !self.approximates(bxdf)
+            && (bxdf.kind() != LobeKind::Diffuse || self.scene.settings.diffuse_bounces)
     }
 
     /// Whether `path` may not go beyond the surface that it has reached.

@@ -76,6 +76,10 @@ impl Integrator<'_> {
         match bxdf.kind() {
             LobeKind::Delta => Rgb::BLACK,
             LobeKind::Glossy if !settings.highlights => Rgb::BLACK,
+            // The environment is seen another way; samples of it are those without end that a ray can find.
+            LobeKind::Glossy if self.approximates(bxdf) && light.t_max == f32::INFINITY && !beyond_reach => {
+                Rgb::BLACK
+            }
             // What a glossy lobe shows lies one reflection further on, which the path may not take.
             LobeKind::Glossy if rate == 0.0 && self.is_last(path) => Rgb::BLACK,
             _ if beyond_reach => bxdf.f_cos(&point.at, light.wi),

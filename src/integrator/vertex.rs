@@ -89,6 +89,9 @@ impl Integrator<'_> {
             let seen = self.end(path, &point.at, bsdf, &root.sampler, out.tally);
             root.add(self.bounded(seen, path.depth + 1), out.tally);
         }
+        if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
+            self.reflect_environment(path, &point, &bsdf, root, out);
+        }
         if self.samples_lights {
             match self.sample_light(&from, &leaving, &numbers) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),

@@ -25,7 +25,7 @@ pub struct Integrator<'a> {
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     pub(super) capacity: usize,
-    log: Option<&'a dyn RayLog>,
+    pub(super) log: Option<&'a dyn RayLog>,
 }
 
 /// A camera sample of the wave in work: where its radiance comes together.

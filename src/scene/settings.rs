@@ -113,6 +113,37 @@ pub enum Aov {
     Variance,
 }
 
+/// How much of what hides the environment a glossy reflection heeds.
+///
+/// All but [`Exact`](Self::Exact) are approximations of cosine-power lobes: no ray is traced along the lobe; the reflection is that of the
+/// bare environment, drawn from the lobe and weighted by an estimate of the visibility V. Other surfaces reflect nothing
+/// into it, and mirrors, metals and plastics are not changed. After Kozlowski and Kautz 2007, *Is Accurate Occlusion of
+/// Glossy Reflections Necessary?*; the definitions are this project's own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Occlusion {
+    /// Rays of the lobe are traced: nothing is approximated.
+    #[default]
+    Exact,
+    /// V = 1.
+    None,
+    /// V = the ambient occlusion `(1 / pi) Int V max(0, n . w) dw`, by one ray per sample.
+    Ao,
+    /// V = what a cone of the lobe's width shares with a cone of visibility about the mean free direction, by 16 rays.
+    Cone,
+    /// V = whether the mirror direction is free, by one ray per sample.
+    MirrorVisibility,
+    /// V = the mean over the lobe of visibility in spherical harmonics up to band 2, by 16 rays.
+    Sh,
+}
+
+impl Occlusion {
+    /// Whether nothing is approximated.
+    pub fn is_exact(&self) -> bool {
+        *self == Self::Exact
+    }
+}
+
 /// How to render; displayed as the lines of a scene file's `[settings]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
@@ -142,6 +173,9 @@ pub struct Settings {
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub aovs: Vec<Aov>,
+    /// What glossy reflections of the environment heed; said where it is an approximation.
+    #[serde(skip_serializing_if = "Occlusion::is_exact")]
+    pub occlusion: Occlusion,
     /// Which numbers are drawn.
     pub sampler: SamplerKind,
     /// Which of all their sequences.
@@ -162,6 +196,7 @@ impl Default for Settings {
             highlights: true,
             clamp_indirect: None,
             aovs: vec![],
+            occlusion: Occlusion::default(),
             sampler: SamplerKind::default(),
             seed: 0,
         }

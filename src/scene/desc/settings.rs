@@ -3,7 +3,7 @@
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
-use crate::scene::settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
+use crate::scene::settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -37,6 +37,8 @@ pub struct SettingsDesc {
     pub clamp_indirect: Option<f32>,
     /// Pictures beside the picture, in the EXR: `albedo`, `normal`, `depth`, `variance`.
     pub aovs: Option<Vec<Aov>>,
+    /// How much of what hides the environment glossy reflections heed: all but `exact` are approximations.
+    pub occlusion: Option<Occlusion>,
     /// Which numbers are drawn.
     pub sampler: Option<SamplerKind>,
     /// Which of all their sequences.
@@ -59,6 +61,7 @@ impl SettingsDesc {
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),
+            occlusion: self.occlusion.unwrap_or(preset.occlusion),
             sampler: self.sampler.unwrap_or(preset.sampler),
             seed: self.seed.unwrap_or(preset.seed),
         }
