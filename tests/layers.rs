@@ -35,9 +35,7 @@ const MAY_IMPORT: [(&str, &[&str]); 18] = [
     ),
     (
         "trade",
-        &[
-            "core", "geometry", "bxdf", "accel", "scene", "render", "image_io", "trace", "report", "compare",
-        ],
+        &["core", "geometry", "bxdf", "accel", "scene", "render", "image_io", "trace", "report", "compare"],
     ),
     ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     ("batch", WORK),

@@ -50,7 +50,11 @@ fn point(number: usize, found: &Found, label: String) -> Point {
         at: [time, error],
         reach: [[t.low.max(0.3 * time), t.high.min(3.0 * time)], [e.low.max(0.1 * error), e.high]],
         label,
-        name: format!("{}: {time:.3} CPU seconds, relMSE {error:.2e}, {}", found.way.name, found.verdict.name()),
+        name: format!(
+            "{}: {time:.3} CPU seconds, relMSE {error:.2e}, {}",
+            found.way.name,
+            found.verdict.name()
+        ),
         key: number,
         class,
     }

@@ -55,6 +55,11 @@ impl Estimate {
         self.low <= other.high && other.low <= self.high
     }
 
+    /// The most that it may well be.
+    pub fn bound(&self) -> f64 {
+        self.high.max(0.5 * (self.high - self.low))
+    }
+
     /// Whether it is above 0 by more than chance does once in a thousand times.
     pub fn is_positive(&self) -> bool {
         let standard_error = (self.high - self.low) / (2.0 * NORMAL_95);
@@ -118,7 +123,9 @@ impl Sums {
     /// The mean picture.
     pub fn picture(&self) -> Vec<Rgb> {
         let channel = |at| self.mean(at) as f32;
-        (0..self.sum.len() / 3).map(|p| Rgb::new(channel(3 * p), channel(3 * p + 1), channel(3 * p + 2))).collect()
+        (0..self.sum.len() / 3)
+            .map(|p| Rgb::new(channel(3 * p), channel(3 * p + 1), channel(3 * p + 2)))
+            .collect()
     }
 }
 
@@ -208,7 +215,8 @@ impl Errors {
         let all: Vec<[f64; 2]> = (0..pixels)
             .map(|pixel| [0, 1].map(|part| mean_of_channels(pixel, |at| parts(at)[part])))
             .collect();
-        let total: f64 = (0..pictures.sum.len()).map(|at| reference.mean(at)).sum::<f64>() / pixels as f64 / 3.0;
+        let total: f64 =
+            (0..pictures.sum.len()).map(|at| reference.mean(at)).sum::<f64>() / pixels as f64 / 3.0;
         let difference = over_pixels((0..pixels).map(|pixel| {
             mean_of_channels(pixel, |at| pictures.mean(at) - reference.mean(at)) / total.max(1e-30)
         }));

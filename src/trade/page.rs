@@ -48,8 +48,11 @@ fn header(f: &Findings, title: &str) -> String {
     let tile = |(name, value, note): &(&str, String, String)| {
         format!("<div><dt>{name}</dt><dd>{}<small>{}</small></dd></div>\n", escape(value), escape(note))
     };
-    let advice: String =
-        f.advice.iter().map(|a| format!("<p class=\"advice\">{}.</p>\n", escape(&text::sentence(a)))).collect();
+    let advice: String = f
+        .advice
+        .iter()
+        .map(|a| format!("<p class=\"advice\">{}.</p>\n", escape(&text::sentence(a))))
+        .collect();
     format!(
         "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{width} × {height} pixels, {}, {}, gloss {}</p>\n{advice}</header>\n\
          <dl class=\"tiles\">\n{}</dl>\n",
@@ -122,7 +125,7 @@ fn knob(f: &Findings, number: usize) -> String {
 
 fn bias(found: &Found) -> String {
     let bias = found.errors.bias;
-    if bias.is_positive() { format!("{:.1e}", bias.value) } else { format!("&lt; {:.0e}", bias.high.max(0.0)) }
+    if bias.is_positive() { format!("{:.1e}", bias.value) } else { format!("&lt; {:.0e}", bias.bound()) }
 }
 
 fn short_row(name: &str, found: &Found) -> Vec<String> {
@@ -137,8 +140,21 @@ fn short_row(name: &str, found: &Found) -> Vec<String> {
 
 fn numbers(f: &Findings) -> String {
     let head = [
-        "Way", "spp", "CPU s", "least, most", "Wall s", "relMSE", "95 %", "Noise", "Bias", "Light", "FLIP", "Rays", "MB",
-        "Eff.", "",
+        "Way",
+        "spp",
+        "CPU s",
+        "least, most",
+        "Wall s",
+        "relMSE",
+        "95 %",
+        "Noise",
+        "Bias",
+        "Light",
+        "FLIP",
+        "Rays",
+        "MB",
+        "Eff.",
+        "",
     ];
     let row = |found: &Found| {
         let e = &found.errors;
@@ -182,7 +198,7 @@ fn numbers(f: &Findings) -> String {
 fn method(f: &Findings, command: &str) -> String {
     format!(
         "<p>The reference has {} samples per pixel with all policies that lose no light, in two halves with independent \
-         random numbers. Then {} rounds took one picture of each way, each with a seed of its own; rounds begin with \
+         random numbers. Then {} rounds took one picture of each way, each round with a seed of its own; rounds begin with \
          another way each and every other one goes backwards. Time is the process's {}.</p>\n\
          <p>relMSE is the mean over pixels and channels of the squared error by <code>(reference + 0.01)²</code>. Noise is \
          the variance of the pictures of a way. Squared bias is the mean product of errors of two different pictures, each against \
@@ -208,7 +224,8 @@ fn pictures(state: &State, exposure: f32) -> String {
     let of_way = |measured: &super::state::Measured| {
         let picture = measured.pictures.first().map_or(&[][..], |picture| &picture[..]);
         let map = flip_of(picture, state).1;
-        let map: Vec<Rgb> = map.chunks_exact(3).map(|c| Rgb::new(of_byte(c[0]), of_byte(c[1]), of_byte(c[2]))).collect();
+        let map: Vec<Rgb> =
+            map.chunks_exact(3).map(|c| Rgb::new(of_byte(c[0]), of_byte(c[1]), of_byte(c[2]))).collect();
         let (size, map) = shrunk([width, height], &map);
         [light(picture), Raster::of_light(size[0], size[1], &map, 0.0).data_uri()]
     };

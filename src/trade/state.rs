@@ -214,5 +214,8 @@ fn read_picture(file: &mut impl Read, pixels: usize) -> std::io::Result<Vec<Rgb>
     let mut bytes = vec![0; 12 * pixels];
     file.read_exact(&mut bytes)?;
     let channel = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    Ok(bytes.chunks_exact(12).map(|b| Rgb::new(channel(&b[0..4]), channel(&b[4..8]), channel(&b[8..12]))).collect())
+    Ok(bytes
+        .chunks_exact(12)
+        .map(|b| Rgb::new(channel(&b[0..4]), channel(&b[4..8]), channel(&b[8..12])))
+        .collect())
 }

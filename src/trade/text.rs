@@ -49,7 +49,7 @@ fn row(name: &str, f: &Found) -> String {
     let bias = if e.bias.is_positive() {
         format!("{:.1e}", e.bias.value)
     } else {
-        format!("<{:.0e}", e.bias.high.max(0.0))
+        format!("<{:.0e}", e.bias.bound())
     };
     format!(
         "  {:<20}{:>9.3} {:>10.2e} {:>9.1e} {:>9} {:>+7.1}% {:>7.4} {:>6.2}  {}{}\n",
@@ -97,8 +97,7 @@ fn plot(ways: &[Found]) -> String {
         })
         .collect();
     let ends = |of: &dyn Fn(&(f64, f64, char)) -> f64| {
-        let (low, high) =
-            points.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+        let (low, high) = points.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
         (low - 0.02, (high - low).max(0.1) + 0.04)
     };
     let ((x0, dx), (y0, dy)) = (ends(&|p| p.0), ends(&|p| p.1));
@@ -123,12 +122,6 @@ fn plot(ways: &[Found]) -> String {
     }
     let _ = writeln!(out, "{} +{}", " ".repeat(8), "-".repeat(PLOT[0]));
     let middle = format!("CPU s      {:>40}", "B base  * front  o others");
-    let _ = writeln!(
-        out,
-        "{:10}{:<8.3}{middle:>50}{:>8.3}",
-        "",
-        10f64.powf(x0),
-        10f64.powf(x0 + dx),
-    );
+    let _ = writeln!(out, "{:10}{:<8.3}{middle:>50}{:>8.3}", "", 10f64.powf(x0), 10f64.powf(x0 + dx),);
     out
 }
