@@ -19,6 +19,7 @@ use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render
 use crate::scene::{Plan, Scene};
 use crate::trace::clock;
 use anyhow::Context;
+use clap::ValueEnum;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -198,6 +199,14 @@ impl Args {
     }
 }
 
+/// What of the scene is not rendered as it is, but nearly.
+fn approximation(scene: &Scene) -> Option<String> {
+    let mode = scene.settings.occlusion.to_possible_value().expect("no mode is hidden");
+    let said =
+        format!("glossy reflections of the environment by `{}`, after Kozlowski and Kautz", mode.get_name());
+    (!scene.settings.occlusion.is_exact()).then_some(said)
+}
+
 fn make_directories(outputs: &[PathBuf]) -> Result<(), Failure> {
     for directory in outputs.iter().filter_map(|output| output.parent()) {
         let made = std::fs::create_dir_all(directory);
@@ -258,7 +267,9 @@ impl Report<'_> {
             ("rays", outcome.tally.all_rays().rays.to_string()),
             ("dropped_samples", self.dropped().to_string()),
         ];
-        all.into_iter().map(|(name, value)| (format!("gloss.{name}"), value)).collect()
+        let approximation = approximation(scene).map(|what| ("approximation", what));
+        let all = all.into_iter().chain(approximation);
+        all.map(|(name, value)| (format!("gloss.{name}"), value)).collect()
     }
 
     fn dropped(&self) -> u64 {
@@ -290,6 +301,9 @@ impl Report<'_> {
                 .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
             note(&format!("rays: {}", rays.join(", ")));
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
+        }
+        if let Some(what) = approximation(self.scene) {
+            note(&format!("approximation: {what}"));
         }
         let lost = outcome.tally.lost_throughput();
         if lost > 0.0 {

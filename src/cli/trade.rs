@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 A reference is rendered by a base that loses no light; then the base and every choice of every knob in turn, in rounds,
-each picture with a seed of its own. Of each way the table says: CPU seconds of a picture; relMSE, the expected mean of
+each round with a seed of its own. Of each way the table says: CPU seconds of a picture; relMSE, the expected mean of
 its squared error by (reference + 0.01)^2; how much of that is noise, which more samples take away, and how much bias,
 which they do not (`<` where none was found); how much light the picture has by that of the reference; FLIP; and
 efficiency, 1 / (relMSE x CPU seconds), by that of the base.
@@ -272,11 +272,9 @@ impl Args {
             None => f64::INFINITY,
         };
         let fitting = fitting_resolution(full, seconds_per_pixel, seconds);
-        Ok(Some(if fitting[0].max(fitting[1]) > LARGEST {
-            fitting_resolution(full, 1.0, f64::from(LARGEST * LARGEST))
-        } else {
-            fitting
-        }))
+        let longest = f64::from(fitting[0].max(fitting[1]));
+        let shrink = (f64::from(LARGEST) / longest).min(1.0);
+        Ok(Some(fitting.map(|side| (f64::from(side) * shrink).round().max(1.0) as u32)))
     }
 
     fn about(&self, full_resolution: [u32; 2], backend: String) -> About {

@@ -102,7 +102,7 @@ pub fn scatter(chart: &Scatter<'_>) -> String {
     if chart.line.len() > 1 {
         let places: Vec<String> =
             chart.line.iter().map(|p| format!("{:.1},{:.1}", x.at(p[0]), y.at(p[1]))).collect();
-        let _ = writeln!(svg, "<polyline class=\"front\" points=\"{}\"/>", places.join(" "));
+        let _ = writeln!(svg, "<polyline class=\"line\" points=\"{}\"/>", places.join(" "));
     }
     let labels = label_heights(chart, &x, &y);
     for (point, label_y) in chart.points.iter().zip(labels) {
@@ -116,9 +116,9 @@ fn frame(chart: &Scatter<'_>, x: &Axis, y: &Axis) -> String {
     let mut svg = String::new();
     for tick in x.ticks() {
         let at = x.at(tick);
-        let _ = write!(
+        let _ = writeln!(
             svg,
-            "<path class=\"grid\" d=\"M{at:.1} {TOP}V{:.1}\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n",
+            "<path class=\"grid\" d=\"M{at:.1} {TOP}V{:.1}\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             height - BOTTOM,
             height - BOTTOM + 18.0,
             tick_text(tick)
@@ -126,9 +126,9 @@ fn frame(chart: &Scatter<'_>, x: &Axis, y: &Axis) -> String {
     }
     for tick in y.ticks() {
         let at = y.at(tick);
-        let _ = write!(
+        let _ = writeln!(
             svg,
-            "<path class=\"grid\" d=\"M{LEFT} {at:.1}H{:.1}\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
+            "<path class=\"grid\" d=\"M{LEFT} {at:.1}H{:.1}\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
             width - RIGHT,
             LEFT - 6.0,
             at + 4.0,
@@ -137,10 +137,10 @@ fn frame(chart: &Scatter<'_>, x: &Axis, y: &Axis) -> String {
     }
     let [across, up] = chart.axes.map(escape);
     let middle = 0.5 * (TOP + height - BOTTOM);
-    let _ = write!(
+    let _ = writeln!(
         svg,
         "<text class=\"axis\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{across}</text>\n\
-         <text class=\"axis\" transform=\"translate(13 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{up}</text>\n",
+         <text class=\"axis\" transform=\"translate(13 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{up}</text>",
         0.5 * (LEFT + width - RIGHT),
         height - 8.0
     );

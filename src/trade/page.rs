@@ -125,11 +125,7 @@ fn knob(f: &Findings, number: usize) -> String {
 
 fn bias(found: &Found) -> String {
     let bias = found.errors.bias;
-    if bias.is_positive() {
-        format!("{:.1e}", bias.value)
-    } else {
-        format!("&lt; {:.0e}", bias.high.max(0.0))
-    }
+    if bias.is_positive() { format!("{:.1e}", bias.value) } else { format!("&lt; {:.0e}", bias.bound()) }
 }
 
 fn short_row(name: &str, found: &Found) -> Vec<String> {
@@ -202,7 +198,7 @@ fn numbers(f: &Findings) -> String {
 fn method(f: &Findings, command: &str) -> String {
     format!(
         "<p>The reference has {} samples per pixel with all policies that lose no light, in two halves with independent \
-         random numbers. Then {} rounds took one picture of each way, each with a seed of its own; rounds begin with \
+         random numbers. Then {} rounds took one picture of each way, each round with a seed of its own; rounds begin with \
          another way each and every other one goes backwards. Time is the process's {}.</p>\n\
          <p>relMSE is the mean over pixels and channels of the squared error by <code>(reference + 0.01)²</code>. Noise is \
          the variance of the pictures of a way. Squared bias is the mean product of errors of two different pictures, each against \

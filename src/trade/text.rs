@@ -49,7 +49,7 @@ fn row(name: &str, f: &Found) -> String {
     let bias = if e.bias.is_positive() {
         format!("{:.1e}", e.bias.value)
     } else {
-        format!("<{:.0e}", e.bias.high.max(0.0))
+        format!("<{:.0e}", e.bias.bound())
     };
     format!(
         "  {:<20}{:>9.3} {:>10.2e} {:>9.1e} {:>9} {:>+7.1}% {:>7.4} {:>6.2}  {}{}\n",
