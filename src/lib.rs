@@ -12,7 +12,7 @@
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
 //! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
-//! | 6 | [`trace`], [`report`], [`compare`], [`figures`], [`farm`], [`batch`], [`sweep`] | whole jobs made of renders |
+//! | 6 | [`trace`], [`report`], [`compare`], [`figures`], [`farm`], [`batch`], [`sweep`], [`trade`] | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 
 pub mod accel;
@@ -32,3 +32,4 @@ pub mod report;
 pub mod scene;
 pub mod sweep;
 pub mod trace;
+pub mod trade;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 17] = [
+const MAY_IMPORT: [(&str, &[&str]); 18] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -33,6 +33,10 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
             "report",
         ],
     ),
+    (
+        "trade",
+        &["core", "geometry", "bxdf", "accel", "scene", "render", "image_io", "trace", "report", "compare"],
+    ),
     ("figures", &["core", "bxdf", "accel", "scene", "render", "image_io", "compare"]),
     ("batch", WORK),
     // A sweep makes its pictures in the workshop of `batch`.
@@ -56,6 +60,7 @@ const MAY_IMPORT: [(&str, &[&str]); 17] = [
             "figures",
             "batch",
             "sweep",
+            "trade",
         ],
     ),
 ];

@@ -3,9 +3,10 @@
 use super::exit::{Failure, OrExit};
 use crate::accel::{self, AccelError, Accelerator, Backend, BuildOptions, EmbreeMode, Quality, SkipSupport};
 use crate::scene::{Plan, Scene};
+use crate::trade::Engine;
 
 /// The backend and how it builds.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct AccelArgs {
     /// Who answers rays
     #[arg(long, default_value_t, value_enum, help_heading = BACKEND)]
@@ -20,7 +21,7 @@ pub(super) struct AccelArgs {
 }
 
 /// How any backend builds.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct BuildArgs {
     /// Time spent on the structure against speed of the rays
     #[arg(long, default_value_t, value_enum, help_heading = BACKEND)]
@@ -68,6 +69,19 @@ impl BuildArgs {
 }
 
 impl AccelArgs {
+    /// Who answers rays, as far as `gloss trade` chooses it.
+    pub(super) fn engine(&self) -> Engine {
+        let Self { backend, embree_mode, build: BuildArgs { quality, fast, .. } } = self;
+        Engine { backend: *backend, embree_mode: *embree_mode, quality: *quality, robust: !fast }
+    }
+
+    /// Takes such a choice over.
+    pub(super) fn set_engine(&mut self, engine: &Engine) {
+        (self.backend, self.embree_mode) = (engine.backend, engine.embree_mode);
+        (self.build.quality, self.build.fast, self.build.robust) =
+            (engine.quality, !engine.robust, engine.robust);
+    }
+
     /// How to build for pictures of any scene.
     pub(super) fn build_options(&self) -> BuildOptions {
         BuildOptions { embree_mode: self.embree_mode, ..self.build.any_options() }

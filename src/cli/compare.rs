@@ -7,7 +7,7 @@ use super::exit::{Exit, Failure, OrExit};
 use super::parse;
 use super::scene_args::SceneArgs;
 use super::signal::Interrupt;
-use super::terminal::{note, print, print_json};
+use super::terminal::{note, print, print_json, typed};
 use crate::compare::{self, Comparison, Options, Verdict, page, text};
 use crate::geometry::Shape;
 use crate::image_io::{atomic, write_atomically};
@@ -132,7 +132,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         dump_disagreements(&found, dump)?;
     }
     if let Some(path) = &args.html {
-        let html = page::to_html(&found, &args.scene.name(), &command(), args.exposure);
+        let html = page::to_html(&found, &args.scene.name(), &typed(), args.exposure);
         write_atomically(path, |file| file.write_all(html.as_bytes()).map_err(|e| e.to_string()))
             .or_failed()?;
     }
@@ -190,19 +190,6 @@ fn dump_disagreements(found: &Comparison, dump: Dump) -> Result<(), Failure> {
         }
     }
     dump.finish()
-}
-
-/// What was typed, for a shell.
-fn command() -> String {
-    let quoted = std::env::args().skip(1).map(|word| {
-        let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', r"'\''"))
-        }
-    });
-    ["gloss".to_owned()].into_iter().chain(quoted).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -37,6 +37,11 @@ impl Failure {
         Self { exit: Exit::Bad, error: anyhow::Error::msg(message) }
     }
 
+    /// Work that failed, in a message of our own.
+    pub(super) fn failed(message: String) -> Self {
+        Self { exit: Exit::Failed, error: anyhow::Error::msg(message) }
+    }
+
     /// Says what went wrong, once.
     pub(super) fn report(self) -> Exit {
         note(&format!("error: {}", self.message()));

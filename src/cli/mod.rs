@@ -14,6 +14,7 @@ mod farm_args;
 mod figures;
 mod generate;
 mod info;
+mod like;
 mod merge;
 mod output;
 mod parse;
@@ -29,6 +30,7 @@ mod submit;
 mod sweep;
 mod terminal;
 mod trace;
+mod trade;
 
 use clap::Parser;
 use exit::{Exit, Failure};
@@ -55,6 +57,7 @@ enum Command {
     Figures(figures::Args),
     Compare(compare::Args),
     Trace(trace::Args),
+    Trade(trade::Args),
     Schema(schema::Args),
 }
 
@@ -72,7 +75,8 @@ Examples:
   gloss info scenes/lemon.toml
   gloss render scenes/lemon.toml -o lemon.png -o lemon.exr --spp 256
   gloss diff lemon.exr reference.exr --map difference.png
-  gloss compare scenes/lemon.toml --html lemon.html";
+  gloss compare scenes/lemon.toml --html lemon.html
+  gloss trade scenes/lemon.toml --time 2m -o trade.html";
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
@@ -96,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Figures(args) => figures::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Trace(args) => trace::run(&args),
+        Command::Trade(args) => trade::run(&args),
         Command::Schema(args) => schema::run(&args),
     };
     done.unwrap_or_else(|failure: Failure| failure.report()).into()

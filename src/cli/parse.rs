@@ -45,6 +45,14 @@ pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     })
 }
 
+/// A radiance above 0.
+pub(super) fn radiance(typed: &str) -> Result<f32, String> {
+    match typed.parse::<f32>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("it is a radiance above 0, such as 10".to_owned()),
+    }
+}
+
 /// A factor of lengths above 0.
 pub(super) fn scale(typed: &str) -> Result<f32, String> {
     match typed.parse::<f32>() {
@@ -153,6 +161,14 @@ pub(super) fn threshold(typed: &str) -> Result<f64, String> {
     }
 }
 
+/// An error above 0.
+pub(super) fn error(typed: &str) -> Result<f64, String> {
+    match typed.parse::<f64>() {
+        Ok(n) if n > 0.0 && n.is_finite() => Ok(n),
+        _ => Err("it is a number above 0, such as 0.001".to_owned()),
+    }
+}
+
 /// A fraction.
 pub(super) fn fraction(typed: &str) -> Result<f64, String> {
     match typed.parse::<f64>() {
@@ -222,6 +238,7 @@ mod tests {
             assert!(exposure(bad).is_err(), "{bad}");
         }
         assert!(ppd("0").is_err() && ppd("nan").is_err() && ppd("1e9").is_err());
+        assert!(error("0").is_err() && error("inf").is_err() && error("x").is_err());
         assert!(threshold("-1").is_err() && threshold("nan").is_err());
         assert!(fraction("1.5").is_err() && fraction("-0.1").is_err() && fraction("nan").is_err());
     }

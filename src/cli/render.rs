@@ -4,6 +4,7 @@ use super::accel_args::AccelArgs;
 use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
 use super::farm_args::{Begin, FarmArgs, Subject, Watch};
+use super::like::LikeArgs;
 use super::output::Output;
 use super::progress::{Reporter, Style};
 use super::scene_args::SceneArgs;
@@ -13,16 +14,18 @@ use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
+use crate::image_io::Format;
 use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
 use crate::trace::clock;
 use anyhow::Context;
+use clap::ValueEnum;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Render a scene
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "\
 Files are written whole or not at all: an older file of the same name stays until the new one is complete.
 
@@ -41,7 +44,8 @@ Examples:
   gloss render scenes/lemon.toml -o dull.png -D materials.lemon.exponent=10
   gloss render scenes/lemon.toml -o lemon.png --checkpoint lemon.state.exr --resume
   gloss render scenes/lemon.toml -o lemon-3.exr --shard 3/8
-  gloss render scenes/lemon.toml -o lemon.png --stats")]
+  gloss render scenes/lemon.toml -o lemon.png --stats
+  gloss render scenes/lemon.toml -o lemon.png --like trade.json --target-error 0.001")]
 pub(super) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
@@ -76,6 +80,9 @@ pub(super) struct Args {
     accel: AccelArgs,
 
     #[command(flatten)]
+    like: LikeArgs,
+
+    #[command(flatten)]
     farm: FarmArgs,
 
     /// Say where the time went: rays, Mray/s and share of time by class, and the time of the rays alone by that of the
@@ -102,6 +109,7 @@ pub(super) struct Args {
 
 /// Renders, writes and tells.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
+    let args = &args.with_advice()?;
     // Everything that can be refused is refused before the work.
     if args.farm.shard.is_some() {
         // Whoever shares a picture among machines should not have to visit each for this.
@@ -115,6 +123,9 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let scene = args.scene.load()?;
     let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
+    if !scene.settings.aovs.is_empty() && outputs.iter().all(|output| output.format() != Format::Exr) {
+        return Err(Failure::bad("AOVs are layers of an EXR: add -o NAME.exr".to_owned()));
+    }
     tell_before(args, &scene);
     let mut job = match args.farm.begin(&args.subject(&scene), &outputs)? {
         Begin::Job(job) => job,
@@ -158,7 +169,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let report = Report { args, scene: &scene, accel: accel.info(), outcome, load_seconds, build_seconds };
     let attributes = report.attributes();
     for output in outputs.iter().filter(|_| !all_written) {
-        output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
+        output.write(&report.outcome.film, args.exposure, &attributes, &scene.settings.aovs).or_failed()?;
     }
     dump.map_or(Ok(()), Dump::finish)?;
     report.tell(&outputs);
@@ -171,10 +182,29 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
 }
 
 impl Args {
+    /// These flags after what `--like` brings.
+    fn with_advice(&self) -> Result<Self, Failure> {
+        let mut args = self.clone();
+        if let Some(sentence) = self.like.apply(&mut args.scene, &mut args.accel)?
+            && !self.quiet
+        {
+            note(&sentence);
+        }
+        Ok(args)
+    }
+
     /// What checkpoints and shards are of.
     fn subject<'a>(&'a self, scene: &'a Scene) -> Subject<'a> {
         Subject { name: &self.scene.scene, scene, accel: &self.accel, crop: self.crop, noise: self.noise }
     }
+}
+
+/// What of the scene is not rendered as it is, but nearly.
+fn approximation(scene: &Scene) -> Option<String> {
+    let mode = scene.settings.occlusion.to_possible_value().expect("no mode is hidden");
+    let said =
+        format!("glossy reflections of the environment by `{}`, after Kozlowski and Kautz", mode.get_name());
+    (!scene.settings.occlusion.is_exact()).then_some(said)
 }
 
 fn make_directories(outputs: &[PathBuf]) -> Result<(), Failure> {
@@ -237,7 +267,9 @@ impl Report<'_> {
             ("rays", outcome.tally.all_rays().rays.to_string()),
             ("dropped_samples", self.dropped().to_string()),
         ];
-        all.into_iter().map(|(name, value)| (format!("gloss.{name}"), value)).collect()
+        let approximation = approximation(scene).map(|what| ("approximation", what));
+        let all = all.into_iter().chain(approximation);
+        all.map(|(name, value)| (format!("gloss.{name}"), value)).collect()
     }
 
     fn dropped(&self) -> u64 {
@@ -269,6 +301,9 @@ impl Report<'_> {
                 .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
             note(&format!("rays: {}", rays.join(", ")));
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
+        }
+        if let Some(what) = approximation(self.scene) {
+            note(&format!("approximation: {what}"));
         }
         let lost = outcome.tally.lost_throughput();
         if lost > 0.0 {

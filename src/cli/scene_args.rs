@@ -3,13 +3,13 @@
 use super::exit::{Failure, OrExit};
 use super::parse;
 use crate::bxdf::Horizon;
-use crate::scene::{self, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
+use crate::scene::{self, Aov, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
 use clap::ValueEnum;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
 /// A scene file, and flags that go before what it says.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(super) struct SceneArgs {
     /// Scene file: TOML, or JSON if its name ends in .json
     pub(super) scene: PathBuf,
@@ -51,6 +51,15 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
+    /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
+    /// biased, which the EXR says
+    #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
+    clamp_indirect: Option<f32>,
+
+    /// Pictures beside the picture, as layers of the EXR, of what is seen by way of mirrors and sharp gloss
+    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = SETTINGS)]
+    aov: Vec<Aov>,
+
     /// Which random numbers: another seed gives another, independent picture
     #[arg(long, value_name = "N", help_heading = SETTINGS)]
     seed: Option<u32>,
@@ -58,6 +67,10 @@ pub(super) struct SceneArgs {
     /// Set any key of the scene file, such as settings.diffuse_bounces=false; may be given again, goes last
     #[arg(short = 'D', value_name = "PATH=VALUE", value_parser = parse::definition, help_heading = SETTINGS)]
     define: Vec<Override>,
+
+    /// What goes before all flags.
+    #[arg(skip)]
+    pub(super) before: Vec<Override>,
 }
 
 const SETTINGS: &str = "Settings (before what the scene file says)";
@@ -75,10 +88,23 @@ impl SceneArgs {
             ("settings.horizon", self.horizon.map(name)),
             ("settings.self_hit", self.self_hit.map(name)),
             ("settings.direct_light", self.direct_light.map(name)),
+            ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
+            ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];
         let set = named.into_iter().filter_map(|(path, value)| Some((path.to_owned(), value?)));
-        set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned()).collect()
+        let flags = set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned());
+        self.before.iter().cloned().chain(flags).collect()
+    }
+
+    /// Samples per pixel, if they were asked for.
+    pub(super) fn spp(&self) -> Option<u32> {
+        self.spp.map(NonZeroU32::get)
+    }
+
+    /// Size of the picture, if it was asked for.
+    pub(super) fn resolution(&self) -> Option<[u32; 2]> {
+        self.resolution
     }
 
     /// The file's name for people.
@@ -96,6 +122,11 @@ impl SceneArgs {
 fn name(value: impl ValueEnum) -> String {
     let value = value.to_possible_value().expect("no policy is hidden");
     format!("\"{}\"", value.get_name())
+}
+
+/// As a list of TOML.
+fn names(values: &[impl ValueEnum + Copy]) -> String {
+    format!("[{}]", values.iter().map(|&value| name(value)).collect::<Vec<_>>().join(", "))
 }
 
 /// As TOML.
@@ -133,6 +164,10 @@ mod tests {
         assert_eq!(
             overrides(&["--horizon", "fold-weighted"]),
             [pair("settings.horizon", "\"fold-weighted\"")]
+        );
+        assert_eq!(
+            overrides(&["--aov", "albedo,depth", "--clamp-indirect", "10"]),
+            [pair("settings.clamp_indirect", "10.0"), pair("settings.aovs", "[\"albedo\", \"depth\"]")]
         );
         assert_eq!(overrides(&["--glossy-samples", "8,2"]), [pair("settings.glossy_samples", "[8, 2]")]);
         assert_eq!(

@@ -1,37 +1,11 @@
 //! Settings as they are told: in `info`, in EXR attributes.
 
 use crate::scene::Settings;
-use serde_json::{Value, json};
+use serde_json::Value;
 
-/// Every setting by its name in scene files.
+/// Every setting by its name in scene files; approximations and extras only where they are on.
 pub(super) fn to_json(settings: &Settings) -> Value {
-    // Taken apart, so that a new setting cannot be forgotten here.
-    let Settings {
-        spp,
-        max_depth,
-        at_max_depth,
-        glossy_samples,
-        horizon,
-        self_hit,
-        direct_light,
-        diffuse_bounces,
-        highlights,
-        sampler,
-        seed,
-    } = settings;
-    json!({
-        "spp": spp,
-        "max_depth": max_depth,
-        "at_max_depth": at_max_depth,
-        "glossy_samples": glossy_samples,
-        "horizon": horizon,
-        "self_hit": self_hit,
-        "direct_light": direct_light,
-        "diffuse_bounces": diffuse_bounces,
-        "highlights": highlights,
-        "sampler": sampler,
-        "seed": seed,
-    })
+    serde_json::to_value(settings).expect("settings have names and plain values")
 }
 
 /// On one line: `spp 64, max_depth 8, ...`.

@@ -2,14 +2,16 @@
 //! of screen and without a mouse.
 //!
 //! Knows pictures and numbers, not what they mean. Read [`page`] first; [`Bar`] and [`bars`] draw charts, [`slider`]
-//! lays two pictures over each other, [`raster`] makes pictures of numbers.
+//! lays two pictures over each other, [`scatter()`] draws points on logarithmic axes, [`raster`] makes pictures of numbers.
 
 mod bars;
 mod figure;
 pub mod raster;
+mod scatter;
 
 pub use bars::{Bar, bars};
 pub use figure::{figure, slider};
+pub use scatter::{Point, Scatter, scatter};
 
 /// Text for HTML, inside elements and quoted attributes.
 pub fn escape(text: &str) -> String {
@@ -29,6 +31,11 @@ pub fn escape(text: &str) -> String {
 
 /// A whole page; `body` is HTML, `title` is text.
 pub fn page(title: &str, body: &str) -> String {
+    scripted_page(title, body, "")
+}
+
+/// A [`page`] with a script of its own.
+pub fn scripted_page(title: &str, body: &str, own: &str) -> String {
     let (title, style, script) = (escape(title), include_str!("page.css"), include_str!("page.js"));
     // The policy lets the page load nothing: what it shows, it holds.
     format!(
@@ -39,8 +46,14 @@ pub fn page(title: &str, body: &str) -> String {
          style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n\
          <link rel=\"icon\" href=\"data:,\">\n\
          <title>{title}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n{body}</main>\n\
-         <script>\n{script}</script>\n</body>\n</html>\n"
+         <script>\n{script}{own}</script>\n</body>\n</html>\n"
     )
+}
+
+/// Data for scripts to read: JSON, kept from ending its element.
+pub fn data(id: &str, json: &str) -> String {
+    let json = json.replace('<', "\\u003c");
+    format!("<script type=\"application/json\" id=\"{}\">{json}</script>\n", escape(id))
 }
 
 /// A section with a heading; both the heading and the id are text.
@@ -76,6 +89,13 @@ mod tests {
         assert_eq!(escape("<b a=\"1\" c='2'>&"), "&lt;b a=&quot;1&quot; c=&#39;2&#39;&gt;&amp;");
         let page = page("</title><script>", "");
         assert!(page.contains("<title>&lt;/title&gt;&lt;script&gt;</title>"));
+    }
+
+    #[test]
+    fn data_cannot_end_its_element() {
+        let html = data("a", "{\"b\":\"</script>\"}");
+        assert_eq!(html.matches("</script>").count(), 1);
+        assert!(html.contains(r"\u003c/script>"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Named sets of settings.
 
-use super::settings::{AtMaxDepth, DirectLight, GlossySamples, SelfHit, Settings};
+use super::settings::{AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use schemars::JsonSchema;
@@ -39,6 +39,9 @@ impl Preset {
             direct_light: DirectLight::Mis,
             diffuse_bounces: false,
             highlights: false,
+            clamp_indirect: None,
+            aovs: vec![],
+            occlusion: Occlusion::Exact,
             sampler: SamplerKind::Sobol,
             seed: 0,
         };

@@ -170,10 +170,18 @@ impl Accelerator for Embree {
         let call = Call::for_any(self.mode);
         let mut query = Query::all(coherence);
         for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-            if self.skip == SkipSupport::Any && rays.iter().any(|ray| ray.skip != Skip::None) {
-                self.scene.occluded_by_rules(rays, occluded);
-            } else {
-                self.occluded_chunk(call, &mut query, rays, occluded);
+            let with_rule = |ray: &&Ray| self.skip == SkipSupport::Any && ray.skip != Skip::None;
+            match rays.iter().filter(with_rule).count() {
+                0 => self.occluded_chunk(call, &mut query, rays, occluded),
+                count if 4 * count >= rays.len() => self.scene.occluded_by_rules(rays, occluded),
+                _ => {
+                    let mut free = [Ray::inactive(); CHUNK];
+                    for (free, ray) in free.iter_mut().zip(rays).filter(|(_, ray)| ray.skip == Skip::None) {
+                        *free = *ray;
+                    }
+                    self.occluded_chunk(call, &mut query, &free[..rays.len()], occluded);
+                    self.scene.occluded_with_rules(rays, occluded);
+                }
             }
         }
     }
