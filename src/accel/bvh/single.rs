@@ -205,7 +205,7 @@ pub(super) fn pop<const ANY: bool>(stack: &Stack, top: &mut usize, limit: f32) -
 /// Fetches what a child points to; for sphere leaves, rare as they are, something useless. Both addresses are
 /// computed and one is kept: a branch would be mispredicted half the time.
 #[inline(always)]
-fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
+pub(super) fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
     let node = data.nodes.as_ptr().wrapping_add(child.index()).cast::<u8>();
     let leaf = data.triangles.as_ptr().wrapping_add(child.first()).cast::<u8>();
     simd.prefetch(if child.is_leaf() { leaf } else { node });

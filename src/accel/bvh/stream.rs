@@ -94,14 +94,16 @@ impl Stream {
             entering = simd.mark(entering, enters, 1 << i);
         }
 
-        // Every child is written and those that no ray enters are overwritten: no branch to mispredict.
         let entering = simd.marks(entering);
         let octant = self.rays[rays.trailing_zeros() as usize].octant;
         let mut top = top;
         for place in node.order {
             let child = (place >> (3 * octant)) as usize % WIDTH;
             self.stack[top % STACK] = (node.children[child], entering[child]);
-            top += usize::from(entering[child] != 0);
+            if entering[child] != 0 {
+                top += 1;
+                single::prefetch(simd, data, node.children[child]);
+            }
         }
         top
     }
