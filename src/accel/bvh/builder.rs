@@ -221,7 +221,7 @@ impl Build<'_> {
     }
 
     fn binner(&self, work: &Work<'_>) -> Binner {
-        let bins = (8 + work.count()).min(BINS);
+        let bins = (4 + work.count() / 8).min(BINS);
         match self.quality {
             Quality::Fast => Binner::new(&work.centers, bins.min(8)).longest_axis_only(),
             Quality::Medium | Quality::High => Binner::new(&work.centers, bins),
