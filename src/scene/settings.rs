@@ -153,6 +153,11 @@ pub struct Settings {
     pub max_depth: u32,
     /// What a path sees beyond them.
     pub at_max_depth: AtMaxDepth,
+    /// From this many reflections on a path survives with a probability, its weight, and with a new weight that makes
+    /// up for those that do not: unbiased, and what dim paths save pays for more samples. `None` for never before
+    /// `max_depth`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roulette_from: Option<u32>,
     /// Rays per glossy hit.
     pub glossy_samples: GlossySamples,
     /// Below the surface; what a material does not say for itself.
@@ -170,6 +175,8 @@ pub struct Settings {
     /// (the largest channel; the colour is kept). Biased: darker, without the bright dots of rare ways. Off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp_indirect: Option<f32>,
+    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number.
+    pub adaptive: bool,
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub aovs: Vec<Aov>,
@@ -188,6 +195,7 @@ impl Default for Settings {
             spp: 64,
             max_depth: 8,
             at_max_depth: AtMaxDepth::default(),
+            roulette_from: Some(2),
             glossy_samples: GlossySamples::First(1),
             horizon: Horizon::default(),
             self_hit: SelfHit::default(),
@@ -195,6 +203,7 @@ impl Default for Settings {
             diffuse_bounces: true,
             highlights: true,
             clamp_indirect: None,
+            adaptive: false,
             aovs: vec![],
             occlusion: Occlusion::default(),
             sampler: SamplerKind::default(),
