@@ -56,7 +56,7 @@ fn a_closed_room_of_mirrors_sums_the_geometric_series() {
             spp: 1,
             max_depth: depth,
             at_max_depth: AtMaxDepth::Black,
-            roulette_from: None,
+            roulette_from: Settings::NEVER,
             ..Default::default()
         };
         for specular in [Specular::Mirror(Texture::Constant(Rgb::grey(0.9))), glossy(0.9, 10.0)] {
@@ -83,7 +83,7 @@ fn every_way_of_splitting_sums_the_same_series() {
             spp: 2,
             max_depth: 5,
             at_max_depth: AtMaxDepth::Black,
-            roulette_from: None,
+            roulette_from: Settings::NEVER,
             glossy_samples: glossy_samples.clone(),
             ..Default::default()
         };
@@ -195,7 +195,7 @@ fn a_bound_on_indirect_light_cuts_each_term_of_the_series_from_the_second_reflec
         spp: 1,
         max_depth: 12,
         at_max_depth: AtMaxDepth::Black,
-        roulette_from: None,
+        roulette_from: Settings::NEVER,
         clamp_indirect,
         ..Default::default()
     };

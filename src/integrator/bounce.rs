@@ -268,9 +268,12 @@ impl Integrator<'_> {
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
         let Some(sample) = bxdf.sample(&point.at, u) else { return };
         let mut beta = path.beta * sample.weight * rate.recip();
-        if path.depth >= self.roulette_from && !leaving.emission_only[lobe] {
+        // Before the greatest depth, what a mirror shows stays as clean as it is.
+        let must_end = path.depth >= settings.max_depth;
+        let may_end = path.depth >= self.roulette_from && (must_end || bxdf.kind() != LobeKind::Delta);
+        if may_end && !leaving.emission_only[lobe] {
             // A survivor stands for those that were ended: Arvo and Kirk 1990.
-            let most = if path.depth >= settings.max_depth { MAX_SURVIVAL } else { 1.0 };
+            let most = if must_end { MAX_SURVIVAL } else { 1.0 };
             let share = beta.max_channel().min(most);
             if survival() >= share {
                 return;

@@ -113,14 +113,14 @@ impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
         let Settings { max_depth, at_max_depth, roulette_from, .. } = &scene.settings;
-        let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { u32::MAX };
+        let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { Settings::NEVER };
         Self {
             scene,
             accel,
             samples_lights: Plan::of(scene).samples_lights,
             bsdfs: scene.materials.iter().map(Material::uniform_bsdf).collect(),
             capacity: CAPACITY,
-            roulette_from: roulette_from.unwrap_or(end).min(end),
+            roulette_from: (*roulette_from).min(end),
             log: None,
         }
     }

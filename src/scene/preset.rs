@@ -33,7 +33,7 @@ impl Preset {
             spp: 100,
             max_depth: 5,
             at_max_depth: AtMaxDepth::Black,
-            roulette_from: None,
+            roulette_from: Settings::NEVER,
             glossy_samples: GlossySamples::First(1),
             horizon: Horizon::Fold,
             self_hit: SelfHit::Offset,

@@ -58,7 +58,7 @@ impl SettingsDesc {
             spp: self.spp.unwrap_or(preset.spp),
             max_depth: self.max_depth.unwrap_or(preset.max_depth),
             at_max_depth: self.at_max_depth.unwrap_or(preset.at_max_depth),
-            roulette_from: self.roulette_from.or(preset.roulette_from),
+            roulette_from: self.roulette_from.unwrap_or(preset.roulette_from),
             glossy_samples: self.glossy_samples.clone().unwrap_or(preset.glossy_samples),
             horizon: self.horizon.unwrap_or(preset.horizon),
             self_hit: self.self_hit.unwrap_or(preset.self_hit),
