@@ -28,6 +28,10 @@ CHOICES = {
     "split auto": ["--glossy-samples", "auto"],
     "blue-noise": ["-D", 'settings.sampler="blue-noise"'],
     "independent": ["-D", 'settings.sampler="independent"'],
+    "adaptive": ["--adaptive"],
+    "roulette from 1": ["-D", "settings.roulette_from=1"],
+    "from 4": ["-D", "settings.roulette_from=4"],
+    "from 1000": ["-D", "settings.roulette_from=1000"],
 }
 
 

@@ -451,3 +451,20 @@ fn a_threshold_goes_on_to_the_same_bits() {
         }
     }
 }
+
+#[test]
+fn samples_that_are_shared_out_go_on_to_the_same_bits() {
+    for glossy_samples in ["1", "\"auto\""] {
+        let settings = format!("spp = 32, max_depth = 3, adaptive = true, glossy_samples = {glossy_samples}");
+        let scene = scene(&settings);
+        let options = RenderOptions { threads: 2, ..Default::default() };
+        let whole = unbroken(&scene, &options);
+        let counts: std::collections::BTreeSet<_> = whole.film.pixels.iter().map(|p| p.count).collect();
+        assert!(counts.len() > 2, "{counts:?}");
+        for tiles in [1, 5] {
+            let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
+            assert!(pieces > 2);
+            assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");
+        }
+    }
+}

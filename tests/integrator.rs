@@ -52,8 +52,13 @@ fn series(k: f64, depth: i32) -> f64 {
 #[test]
 fn a_closed_room_of_mirrors_sums_the_geometric_series() {
     for depth in [0, 1, 5, 19] {
-        let settings =
-            Settings { spp: 1, max_depth: depth, at_max_depth: AtMaxDepth::Black, ..Default::default() };
+        let settings = Settings {
+            spp: 1,
+            max_depth: depth,
+            at_max_depth: AtMaxDepth::Black,
+            roulette_from: Settings::NEVER,
+            ..Default::default()
+        };
         for specular in [Specular::Mirror(Texture::Constant(Rgb::grey(0.9))), glossy(0.9, 10.0)] {
             let outcome = run(&furnace(specular, settings.clone()), &RenderOptions::default());
             assert!(outcome.film.dropped.is_empty());
@@ -78,6 +83,7 @@ fn every_way_of_splitting_sums_the_same_series() {
             spp: 2,
             max_depth: 5,
             at_max_depth: AtMaxDepth::Black,
+            roulette_from: Settings::NEVER,
             glossy_samples: glossy_samples.clone(),
             ..Default::default()
         };
@@ -189,6 +195,7 @@ fn a_bound_on_indirect_light_cuts_each_term_of_the_series_from_the_second_reflec
         spp: 1,
         max_depth: 12,
         at_max_depth: AtMaxDepth::Black,
+        roulette_from: Settings::NEVER,
         clamp_indirect,
         ..Default::default()
     };

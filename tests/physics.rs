@@ -232,6 +232,7 @@ fn parallel_mirrors(k: f64, depth: u32) -> String {
         spp = 1
         max_depth = {depth}
         at_max_depth = "black"
+        roulette_from = 4294967295
         [camera]
         eye = [0, 0.25, 0]
         look_at = [0, 0, 0]

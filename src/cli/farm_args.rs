@@ -120,7 +120,8 @@ impl FarmArgs {
         };
         if identity.adaptive {
             return Err(Failure::bad(
-                "a shard's samples cannot depend on what the others find: give --glossy-samples a number"
+                "a shard's samples cannot depend on what the others find: leave --adaptive out, and give \
+                 --glossy-samples a number"
                     .to_owned(),
             ));
         }
@@ -195,7 +196,9 @@ impl Subject<'_> {
             picture: crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height }),
             spp: scene.settings.spp,
             noise,
-            adaptive: noise.is_some() || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
+            adaptive: noise.is_some()
+                || scene.settings.adaptive
+                || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
         }
     }
 }

@@ -322,6 +322,9 @@ impl Report<'_> {
     fn last_line(&self, outputs: &[Output]) -> String {
         let names: Vec<_> = outputs.iter().map(|o| o.path().display().to_string()).collect();
         let samples = match self.outcome.stopped_by {
+            StopReason::Samples | StopReason::Interrupted if self.scene.settings.adaptive => {
+                format!("{:.1} spp, more where there was noise", self.samples_per_pixel())
+            }
             StopReason::Samples | StopReason::Interrupted => format!("{} spp", self.scene.settings.spp),
             StopReason::Time => format!("{:.1} spp by the end of the time", self.samples_per_pixel()),
             StopReason::Noise => format!("{:.1} spp to the noise asked for", self.samples_per_pixel()),

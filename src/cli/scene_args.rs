@@ -51,6 +51,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
+    /// Give noisy pixels more of the samples and clean ones fewer: --spp is then their mean number
+    #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
+    adaptive: Option<bool>,
+
     /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
     /// biased, which the EXR says
     #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
@@ -89,6 +93,7 @@ impl SceneArgs {
             ("settings.self_hit", self.self_hit.map(name)),
             ("settings.direct_light", self.direct_light.map(name)),
             ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
+            ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];

@@ -11,9 +11,9 @@ use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
 pub(super) struct Numbers {
     /// The direction of the first lobe's ray, where it is one.
     pub lobe: [f32; 2],
-    /// Which lobe and which light.
+    /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
     pub choice: [f32; 2],
-    /// The direction towards the light.
+    /// Which light, and the direction towards it.
     pub light: [f32; 2],
     /// Whether the path goes on, where the first lobe's ray is one.
     pub survival: f32,
@@ -38,9 +38,9 @@ impl Numbers {
 pub(super) enum Dimension {
     /// The direction drawn from the lobe of this number: three of them.
     Lobe(usize),
-    /// Which lobe and which light.
+    /// Which lobe is chosen among several, and the direction drawn from it.
     Choice,
-    /// The direction towards a light.
+    /// Which light, and the direction towards it.
     LightDirection,
     /// Whether the path goes on.
     Survival,
@@ -86,6 +86,8 @@ pub(super) struct Leaving {
     pub rate: [f32; Bsdf::MAX_LOBES],
     /// Whether each lobe's rays look for lights only.
     pub emission_only: [bool; Bsdf::MAX_LOBES],
+    /// The numbers for the ray of the lobe that was chosen, if one was.
+    chosen: Option<[f32; 2]>,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
     /// The next ray to be made: its lobe and its number there.
@@ -98,8 +100,11 @@ impl Leaving {
         self.rate[lobe] = rate;
     }
 
-    /// Keeps one of the lobes whose rays go on, chosen in proportion to its albedo.
-    fn choose_one(&mut self, at: &Incidence, bsdf: &Bsdf, choice: f32) {
+    /// Keeps one of the lobes whose rays go on, chosen in proportion to its albedo by the first number of `choice`.
+    ///
+    /// What is left of that number and the second one draw the direction: so those of each lobe are spread as well as
+    /// the pairs are.
+    fn choose_one(&mut self, at: &Incidence, bsdf: &Bsdf, choice: [f32; 2]) {
         let mut weight = [0.0; Bsdf::MAX_LOBES];
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
             if self.count[lobe] > 0 && !self.emission_only[lobe] {
@@ -115,7 +120,9 @@ impl Leaving {
                         if weight[lobe] > 0.0 { weight[lobe] / total } else { self.rate[lobe] }
                     },
                 );
-            self.count[choose(&weight, choice * total)] = 1;
+            let (lobe, rest) = choose(&weight, choice[0] * total);
+            self.count[lobe] = 1;
+            self.chosen = Some([rest, choice[1]]);
         }
     }
 
@@ -141,10 +148,10 @@ impl Leaving {
 impl Integrator<'_> {
     /// Decides which rays leave a surface that `path` has reached.
     ///
-    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the number `choice`
-    /// in `[0, 1)`, in proportion to its albedo.
+    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the numbers
+    /// `choice` in `[0, 1)`, in proportion to its albedo.
     #[inline(always)]
-    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, choice: f32) -> Leaving {
+    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, choice: [f32; 2]) -> Leaving {
         let mut leaving = Leaving::default();
         let (mut lobes, mut split) = (0, 1);
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
@@ -232,9 +239,10 @@ impl Integrator<'_> {
             let index = from.path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
             let at_hand = numbers.filter(|_| lobe == 0 && leaving.count[0] == 1);
             let depth = from.path.depth;
-            let u = match at_hand {
-                Some(numbers) => numbers.lobe,
-                None => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
+            let u = match (leaving.chosen, at_hand) {
+                (Some(chosen), _) if !leaving.emission_only[lobe] => chosen,
+                (_, Some(numbers)) => numbers.lobe,
+                (_, None) => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
             };
             let survival = || match at_hand {
                 Some(numbers) => numbers.survival,
@@ -260,9 +268,13 @@ impl Integrator<'_> {
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
         let Some(sample) = bxdf.sample(&point.at, u) else { return };
         let mut beta = path.beta * sample.weight * rate.recip();
-        if path.depth >= settings.max_depth && !leaving.emission_only[lobe] {
+        // Before the greatest depth, what a mirror shows stays as clean as it is.
+        let must_end = path.depth >= settings.max_depth;
+        let may_end = path.depth >= self.roulette_from && (must_end || bxdf.kind() != LobeKind::Delta);
+        if may_end && !leaving.emission_only[lobe] {
             // A survivor stands for those that were ended: Arvo and Kirk 1990.
-            let share = beta.max_channel().min(MAX_SURVIVAL);
+            let most = if must_end { MAX_SURVIVAL } else { 1.0 };
+            let share = beta.max_channel().min(most);
             if survival() >= share {
                 return;
             }
@@ -302,14 +314,15 @@ pub(super) fn ln_rate(rate: f32) -> f32 {
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
 const MAX_SURVIVAL: f32 = 0.99;
 
-/// The first index at which the running sum of the weights exceeds `x`; the last that has a weight if none does.
-fn choose(weights: &[f32], x: f32) -> usize {
-    let mut sum = 0.0;
-    let mut chosen = 0;
+/// The first index at which the running sum of the weights exceeds `x`, the last that has a weight if none does; and how
+/// far into its weight `x` is, in `[0, 1)`.
+fn choose(weights: &[f32], x: f32) -> (usize, f32) {
+    let mut before = 0.0;
+    let mut chosen = (0, 0.0);
     for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-        chosen = i;
-        sum += w;
-        if x < sum {
+        chosen = (i, ((x - before) / w).clamp(0.0, 1.0 - 0.5 * f32::EPSILON));
+        before += w;
+        if x < before {
             break;
         }
     }

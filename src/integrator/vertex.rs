@@ -80,7 +80,7 @@ impl Integrator<'_> {
             }
         };
         let numbers = Numbers::draw(&root.sampler, path);
-        let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice[0]);
+        let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice);
         if let Some(trail) = trail {
             leaving.followed = self.tell(path, &point, bsdf, &leaving, trail);
         }

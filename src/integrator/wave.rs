@@ -8,7 +8,7 @@ use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::Bsdf;
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect, RadianceSum};
-use crate::scene::{Material, Plan, Scene};
+use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,6 +25,8 @@ pub struct Integrator<'a> {
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     pub(super) capacity: usize,
+    /// Reflections from which on paths end by chance.
+    pub(super) roulette_from: u32,
     pub(super) log: Option<&'a dyn RayLog>,
 }
 
@@ -110,12 +112,15 @@ impl Waiting {
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
+        let Settings { max_depth, at_max_depth, roulette_from, .. } = &scene.settings;
+        let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { Settings::NEVER };
         Self {
             scene,
             accel,
             samples_lights: Plan::of(scene).samples_lights,
             bsdfs: scene.materials.iter().map(Material::uniform_bsdf).collect(),
             capacity: CAPACITY,
+            roulette_from: (*roulette_from).min(end),
             log: None,
         }
     }

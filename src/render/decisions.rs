@@ -1,8 +1,9 @@
 //! What a render has decided from its own samples, so that after a break it goes on as if there had been none.
 
+use super::adaptive::{Found, Shares};
 use super::split::Measured;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A block of pixels by its column and row in the grid of blocks.
 pub(super) type Block = (u32, u32);
@@ -17,6 +18,12 @@ pub struct Decisions {
     pub(super) target: u32,
     /// What was measured in the tiles that either pilot round is done with.
     pub(super) pilot: [Vec<Option<Measured>>; 2],
+    /// What the round that looks for noise has found, block by block, where samples are shared out.
+    #[serde(with = "pairs", default)]
+    pub(super) found: BTreeMap<Block, Found>,
+    /// How they were shared out.
+    #[serde(with = "pairs", default)]
+    pub(super) shares: Shares,
     /// Blocks that get no more samples.
     pub(super) clean: BTreeSet<Block>,
     /// Blocks that were below the threshold at the end of the last round.
@@ -36,5 +43,24 @@ impl Decisions {
     /// What a pilot round measured in each tile.
     pub(super) fn measured(&self, pilot: usize) -> Vec<Measured> {
         self.pilot[pilot].iter().map(|tile| tile.unwrap_or_default()).collect()
+    }
+}
+
+/// A map as a list of pairs: JSON has texts only as keys.
+mod pairs {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use std::collections::BTreeMap;
+
+    pub(super) fn serialize<K: Serialize, V: Serialize, S: Serializer>(
+        map: &BTreeMap<K, V>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(map)
+    }
+
+    pub(super) fn deserialize<'de, K: Deserialize<'de> + Ord, V: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<BTreeMap<K, V>, D::Error> {
+        Ok(Vec::<(K, V)>::deserialize(deserializer)?.into_iter().collect())
     }
 }

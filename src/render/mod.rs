@@ -3,6 +3,7 @@
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
 //! `split` into how many rays a glossy hit is worth splitting.
 
+mod adaptive;
 mod aov;
 mod decisions;
 mod noise;
@@ -33,8 +34,8 @@ pub struct RenderOptions<'a> {
     pub threads: usize,
     /// Only this part of the image.
     pub crop: Option<PixelRect>,
-    /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture: where splitting is chosen tile by
-    /// tile, it is not heeded.
+    /// Edge of a tile in pixels; 0 for the default. Changes no bit of the picture: where splitting or
+    /// sampling is decided from part to part, it is not heeded.
     pub tile_size: u32,
     /// Only these of the pixels' samples: a shard's share of the scene's `0..spp`.
     pub samples: Option<Range<u32>>,
@@ -169,6 +170,8 @@ struct Round<'a> {
     target: u32,
     /// Which of the pilot rounds it is, if it is one.
     pilot: Option<usize>,
+    /// From how many samples on they are shared out, if they are.
+    shared_from: Option<u32>,
     splits: &'a SplitMap,
 }
 
@@ -187,6 +190,8 @@ struct Picture<'a> {
     state: Mutex<State>,
     /// Those that no thread is using.
     scratches: Mutex<Vec<Scratch>>,
+    /// Samples of all pixels, if no rule ends the render before.
+    total: u64,
     thread_nanoseconds: AtomicU64,
 }
 
@@ -206,8 +211,11 @@ impl<'a> Picture<'a> {
         let begin = || State::from(Film::new(scene.camera.resolution, rect).with_guides(guides));
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
-        let by_tile = matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let by_tile =
+            scene.settings.adaptive || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
         let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
+        let samples = options.samples.clone().unwrap_or(0..scene.settings.spp);
+        let total = rect.area() as u64 * u64::from(samples.end - samples.start);
         Self {
             scene,
             integrator: Integrator::new(scene, accel).with_log(options.log),
@@ -215,7 +223,8 @@ impl<'a> Picture<'a> {
             progress,
             stop,
             deadline: options.time.map(|time| started + time),
-            samples: options.samples.clone().unwrap_or(0..scene.settings.spp),
+            samples,
+            total,
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),
             scratches: Mutex::default(),
@@ -234,6 +243,11 @@ impl<'a> Picture<'a> {
                 Err(reason) => return reason,
             }
         }
+        let pilot = match self.find_noise(done, count, &splits) {
+            Ok(pilot) => pilot,
+            Err(reason) => return reason,
+        };
+        done = pilot.unwrap_or(done);
         // A render that goes on is in the middle of a round.
         let mut target = match self.state().decisions.target {
             0 => self.next_round(done, count),
@@ -244,7 +258,7 @@ impl<'a> Picture<'a> {
             if self.all_clean() {
                 return StopReason::Noise;
             }
-            self.round(&Round { target, pilot: None, splits: &splits });
+            self.round(&Round { target, pilot: None, shared_from: pilot, splits: &splits });
             if let Some(reason) = self.must_stop() {
                 return reason;
             }
@@ -284,7 +298,7 @@ impl<'a> Picture<'a> {
         for (pilot, split) in [1, split::PILOT_SPLIT].into_iter().enumerate() {
             *done = count.min(*done + split::pilot_samples(count));
             let splits = SplitMap::constant(split, tiles);
-            self.round(&Round { target: *done, pilot: Some(pilot), splits: &splits });
+            self.round(&Round { target: *done, pilot: Some(pilot), shared_from: None, splits: &splits });
             if let Some(reason) = self.must_stop() {
                 return Err(reason);
             }
@@ -297,19 +311,23 @@ impl<'a> Picture<'a> {
 
     /// Brings every pixel that is still in work to the round's number of samples.
     fn round(&self, round: &Round<'_>) {
+        self.each_tile(|number, tile, scratch| self.tile(round, number, tile, scratch));
+    }
+
+    /// Calls `work` with the number of each tile, on all threads.
+    fn each_tile(&self, work: impl Fn(usize, &Tile, &mut Scratch) + Sync) {
         let tiles = self.tiles.par_iter().enumerate().with_max_len(1);
         tiles.for_each(|(number, tile)| {
             // As many as there are threads, each kept from tile to tile.
             let mut scratch = self.scratches.lock().expect(NO_PANIC).pop().unwrap_or_default();
-            self.tile(round, number, tile, &mut scratch);
+            work(number, tile, &mut scratch);
             self.scratches.lock().expect(NO_PANIC).push(scratch);
         });
     }
 
     fn tile(&self, round: &Round<'_>, number: usize, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
-        let guides = !self.scene.settings.aovs.is_empty();
-        let mut film = Film::new(self.scene.camera.resolution, tile.rect).with_guides(guides);
+        let mut film = self.film(tile.rect);
         let mut tally = Tally::default();
         if self.must_stop().is_some() {
             return;
@@ -319,13 +337,18 @@ impl<'a> Picture<'a> {
             if round.pilot.is_some_and(|pilot| state.decisions.pilot[pilot][number].is_some()) {
                 return;
             }
-            tile.pixels_by_count(&state.film, round.target)
+            let count = self.samples.end - self.samples.start;
+            let shares = &state.decisions.shares;
+            tile.pixels_by_lack(&state.film, |pixel| match round.shared_from {
+                Some(pilot) => adaptive::target(shares, pixel, pilot, round.target, count),
+                None => round.target,
+            })
         };
         if groups.is_empty() {
             return;
         }
-        for (count, pixels) in groups {
-            let samples = self.samples.start + count..self.samples.start + round.target;
+        for ((count, target), pixels) in groups {
+            let samples = self.samples.start + count..self.samples.start + target;
             let work = Work { pixels: &pixels, samples, split: round.splits.of_tile(number) };
             self.integrator.render(&mut film, &work, scratch, &mut tally, self.stop);
         }
@@ -334,16 +357,27 @@ impl<'a> Picture<'a> {
             return;
         }
         film.dropped = tally.dropped;
-        self.thread_nanoseconds.fetch_add(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        let measured = split::Measured::new(&film, &tally);
+        self.take(&[film], &tally, started, |decisions| {
+            if let Some(pilot) = round.pilot {
+                decisions.pilot[pilot][number] = Some(measured);
+            }
+        });
+    }
 
+    /// An empty film for a part of the picture.
+    fn film(&self, rect: PixelRect) -> Film {
+        Film::new(self.scene.camera.resolution, rect).with_guides(!self.scene.settings.aovs.is_empty())
+    }
+
+    /// Adds the samples of a tile, and what was found out by them, to the picture.
+    fn take(&self, films: &[Film], tally: &Tally, started: Instant, decide: impl FnOnce(&mut Decisions)) {
+        self.thread_nanoseconds.fetch_add(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
         let mut state = self.lock();
-        state.film.merge(&film);
-        state.tally.merge(&tally);
-        if let Some(pilot) = round.pilot {
-            state.decisions.pilot[pilot][number] = Some(split::Measured::new(&film, &tally));
-        }
-        let total = state.film.rect.area() as u64 * u64::from(self.samples.end - self.samples.start);
-        self.progress.advance(tally.samples, total);
+        films.iter().for_each(|film| state.film.merge(film));
+        state.tally.merge(tally);
+        decide(&mut state.decisions);
+        self.progress.advance(tally.samples, self.total);
         self.progress.state(&state);
     }
 

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// has missed a rare bright path would call itself clean.
 const BLOCK: u32 = 8;
 
-fn block_of(&(x, y): &(u32, u32)) -> Block {
+pub(super) fn block_of(&(x, y): &(u32, u32)) -> Block {
     (x / BLOCK, y / BLOCK)
 }
 

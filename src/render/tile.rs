@@ -13,15 +13,19 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// The active pixels that have fewer than `target` samples, by how many they have.
+    /// The active pixels that have fewer samples than their target, by the samples that they lack.
     ///
-    /// Nearly always that is one group; after an interruption neighbours may differ.
-    pub(super) fn pixels_by_count(&self, film: &Film, target: u32) -> BTreeMap<u32, Vec<(u32, u32)>> {
-        let mut groups: BTreeMap<u32, Vec<(u32, u32)>> = BTreeMap::new();
-        for &(x, y) in &self.active {
-            let count = film.pixel(x, y).count;
+    /// Mostly that is one group; after an interruption, and where samples are shared out, neighbours may differ.
+    pub(super) fn pixels_by_lack(
+        &self,
+        film: &Film,
+        target: impl Fn(&(u32, u32)) -> u32,
+    ) -> BTreeMap<(u32, u32), Vec<(u32, u32)>> {
+        let mut groups: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
+        for pixel in &self.active {
+            let (count, target) = (film.pixel(pixel.0, pixel.1).count, target(pixel));
             if count < target {
-                groups.entry(count).or_default().push((x, y));
+                groups.entry((count, target)).or_default().push(*pixel);
             }
         }
         groups

@@ -153,6 +153,10 @@ pub struct Settings {
     pub max_depth: u32,
     /// What a path sees beyond them.
     pub at_max_depth: AtMaxDepth,
+    /// From this many reflections on a path that no mirror reflects survives with a probability, its weight, and with a
+    /// new weight that makes up for those that do not: unbiased, and what dim paths save pays for more samples. [`NEVER`](Self::NEVER) for no
+    /// such number before `max_depth`.
+    pub roulette_from: u32,
     /// Rays per glossy hit.
     pub glossy_samples: GlossySamples,
     /// Below the surface; what a material does not say for itself.
@@ -170,6 +174,8 @@ pub struct Settings {
     /// (the largest channel; the colour is kept). Biased: darker, without the bright dots of rare ways. Off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp_indirect: Option<f32>,
+    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number.
+    pub adaptive: bool,
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub aovs: Vec<Aov>,
@@ -182,12 +188,18 @@ pub struct Settings {
     pub seed: u32,
 }
 
+impl Settings {
+    /// More reflections than any path has.
+    pub const NEVER: u32 = u32::MAX;
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             spp: 64,
             max_depth: 8,
             at_max_depth: AtMaxDepth::default(),
+            roulette_from: 2,
             glossy_samples: GlossySamples::First(1),
             horizon: Horizon::default(),
             self_hit: SelfHit::default(),
@@ -195,6 +207,7 @@ impl Default for Settings {
             diffuse_bounces: true,
             highlights: true,
             clamp_indirect: None,
+            adaptive: false,
             aovs: vec![],
             occlusion: Occlusion::default(),
             sampler: SamplerKind::default(),

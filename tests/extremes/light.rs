@@ -47,6 +47,7 @@ fn a_thousand_reflections_between_mirrors_that_shine_are_the_geometric_sum() {
             spp = 1
             max_depth = 1000
             at_max_depth = "black"
+            roulette_from = 4294967295
             [camera]
             eye = [0, 0.25, 0]
             look_at = [0, 0, 0]

@@ -19,6 +19,9 @@ pub struct SettingsDesc {
     pub max_depth: Option<u32>,
     /// What a path sees beyond them.
     pub at_max_depth: Option<AtMaxDepth>,
+    /// From this many reflections on dim paths end by chance, and those that go on stand for them; a number beyond
+    /// `max_depth` for never.
+    pub roulette_from: Option<u32>,
     /// Rays per glossy hit: a number for the first one on a path, a list for the first, second, ... or
     /// `{ branch = n }` for every one; `auto` measures how many pay.
     pub glossy_samples: Option<GlossySamples>,
@@ -35,6 +38,8 @@ pub struct SettingsDesc {
     /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
     /// noise, and a picture that is too dark. Off where it is not given.
     pub clamp_indirect: Option<f32>,
+    /// Whether noisy pixels get more of the samples than others.
+    pub adaptive: Option<bool>,
     /// Pictures beside the picture, in the EXR: `albedo`, `normal`, `depth`, `variance`.
     pub aovs: Option<Vec<Aov>>,
     /// How much of what hides the environment glossy reflections heed: all but `exact` are approximations.
@@ -53,6 +58,7 @@ impl SettingsDesc {
             spp: self.spp.unwrap_or(preset.spp),
             max_depth: self.max_depth.unwrap_or(preset.max_depth),
             at_max_depth: self.at_max_depth.unwrap_or(preset.at_max_depth),
+            roulette_from: self.roulette_from.unwrap_or(preset.roulette_from),
             glossy_samples: self.glossy_samples.clone().unwrap_or(preset.glossy_samples),
             horizon: self.horizon.unwrap_or(preset.horizon),
             self_hit: self.self_hit.unwrap_or(preset.self_hit),
@@ -60,6 +66,7 @@ impl SettingsDesc {
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
+            adaptive: self.adaptive.unwrap_or(preset.adaptive),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),
             occlusion: self.occlusion.unwrap_or(preset.occlusion),
             sampler: self.sampler.unwrap_or(preset.sampler),

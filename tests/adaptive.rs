@@ -1,0 +1,130 @@
+//! Samples shared out by noise: no pixel becomes darker for it, and the picture is the same on any number of threads.
+
+mod common;
+
+use common::{picture, picture_on, scene};
+use gloss::accel::Backend;
+use gloss::film::Film;
+use gloss::render::RenderOptions;
+use gloss::scene::Scene;
+
+/// A glossy floor under a small lamp, mostly in the dark, beside a wide and clean white wall: noise here and there.
+const UNEVEN: &str = r#"
+    [settings]
+    spp = 64
+    max_depth = 3
+    at_max_depth = "black"
+    [camera]
+    eye = [0, 1.5, 6]
+    look_at = [0, 1, 0]
+    resolution = [48, 32]
+    fov_deg = 40
+    [environment]
+    type = "constant"
+    radiance = [0.2, 0.2, 0.2]
+    [materials.floor]
+    type = "cosine-power"
+    kr = 0.4
+    exponent = 30
+    kd = 0.3
+    [materials.bright]
+    type = "emissive"
+    radiance = [1, 1, 1]
+    [[shapes]]
+    type = "rect"
+    corner = [-4, 0, 4]
+    u = [8, 0, 0]
+    v = [0, 0, -8]
+    material = "floor"
+    [[shapes]]
+    type = "rect"
+    corner = [-4, 1.5, -4]
+    u = [8, 0, 0]
+    v = [0, 8, 0]
+    material = "bright"
+    [[lights]]
+    type = "sphere"
+    center = [0.5, 0.8, 0]
+    radius = 0.05
+    radiance = [400, 400, 400]
+"#;
+
+fn with(settings: &[(&str, &str)], seed: u32) -> Scene {
+    let mut scene = common::scene_with(UNEVEN, settings);
+    scene.settings.seed = seed;
+    scene
+}
+
+fn luminance(film: &Film) -> Vec<f64> {
+    film.image().iter().map(|p| f64::from(p.luminance())).collect()
+}
+
+const ADAPTIVE: (&str, &str) = ("settings.adaptive", "true");
+
+#[test]
+fn the_mean_over_many_seeds_is_that_of_even_samples() {
+    // Independent numbers with few samples: what would bias the picture shows most.
+    let independent = ("settings.sampler", "independent");
+    let seeds = 24u32;
+    let pictures = |settings: &[(&str, &str)], offset: u32| -> Vec<Vec<f64>> {
+        (0..seeds).map(|seed| luminance(&picture(&with(settings, offset + seed)).film)).collect()
+    };
+    let even = pictures(&[independent], 1000);
+    let uneven = pictures(&[independent, ADAPTIVE], 0);
+    let n = f64::from(seeds);
+    let pixels = even[0].len();
+
+    // Bias, in blocks of 8 x 8 pixels.
+    let block = |p: &[f64], b: usize| -> f64 {
+        let (x, y) = (b % 6 * 8, b / 6 * 8);
+        (0..64).map(|i| p[(y + i / 8) * 48 + x + i % 8]).sum::<f64>() / 64.0
+    };
+    for b in 0..pixels / 64 {
+        let statistics = |all: &[Vec<f64>]| {
+            let mean = all.iter().map(|p| block(p, b)).sum::<f64>() / n;
+            let variance = all.iter().map(|p| (block(p, b) - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            (mean, variance / n)
+        };
+        let ((a, va), (b_mean, vb)) = (statistics(&even), statistics(&uneven));
+        let error = (va + vb).sqrt();
+        assert!((a - b_mean).abs() < 5.0 * error + 1e-6, "block {b}: {a} even, {b_mean} shared out, {error}");
+    }
+}
+
+#[test]
+fn there_are_as_many_samples_as_were_asked_for_and_none_is_without() {
+    for spp in ["7", "8", "32", "100"] {
+        let film = picture(&with(&[ADAPTIVE, ("settings.spp", spp)], 3)).film;
+        let spp: f64 = spp.parse().unwrap();
+        let mean = film.pixels.iter().map(|p| f64::from(p.count)).sum::<f64>() / film.pixels.len() as f64;
+        assert!((mean / spp - 1.0).abs() < 0.03, "{mean} samples, {spp} wanted");
+        let [least, most] =
+            [film.pixels.iter().map(|p| p.count).min(), film.pixels.iter().map(|p| p.count).max()];
+        assert!(f64::from(least.unwrap()) >= (spp / 4.0).floor() - 1.0);
+        assert_eq!(spp < 8.0, least == most, "{least:?} to {most:?} of {spp}");
+    }
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let scene = with(&[ADAPTIVE], 5);
+    let one = picture_on(&scene, Backend::Bvh, &RenderOptions { threads: 1, ..Default::default() });
+    let two =
+        picture_on(&scene, Backend::Bvh, &RenderOptions { threads: 2, tile_size: 8, ..Default::default() });
+    assert_eq!(one.film, two.film);
+}
+
+#[test]
+fn a_threshold_and_shared_samples_go_together() {
+    let settings = [ADAPTIVE, ("settings.spp", "2000")];
+    let options = RenderOptions { noise: Some(0.05), ..Default::default() };
+    let outcome = picture_on(&with(&settings, 1), Backend::Bvh, &options);
+    assert_eq!(outcome.stopped_by, gloss::render::StopReason::Noise);
+    assert!(outcome.film.pixels.iter().all(|p| p.count > 0 && p.count < 16_000));
+    // A picture without noise is clean at once.
+    let dark = scene(&UNEVEN.replace("[400, 400, 400]", "[0, 0, 0]").replace("0.2, 0.2, 0.2", "0, 0, 0"));
+    let mut dark = dark;
+    dark.settings.adaptive = true;
+    let film = picture(&dark).film;
+    assert!(film.pixels.iter().all(|p| p.count >= 8));
+}
