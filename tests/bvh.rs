@@ -258,6 +258,10 @@ fn degenerate_input_builds_and_answers() {
             let expected = closest(&Brute::new(shapes), &rays, Coherence::Incoherent);
             let found = closest(&bvh, &rays, Coherence::Incoherent);
             for ((ray, found), expected) in rays.iter().zip(&found).zip(&expected) {
+                // A hit at infinity, as that of the infinite spheres, may be one or none.
+                if [found, expected].into_iter().flatten().any(|hit| hit.t.is_infinite()) {
+                    continue;
+                }
                 assert_eq!(found.map(|h| h.geom_id), expected.map(|h| h.geom_id), "{ray:?} {expected:?}");
             }
         }

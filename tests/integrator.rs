@@ -182,3 +182,25 @@ fn the_pilot_decides_alike_on_any_number_of_threads() {
     let error = (0.6 / 0.16 / (64.0 * 24.0f64)).sqrt();
     assert!((mean - 2.5).abs() < 5.0 * error, "{mean} +- {error}");
 }
+
+#[test]
+fn a_bound_on_indirect_light_cuts_each_term_of_the_series_from_the_second_reflection_on() {
+    let settings = |clamp_indirect| Settings {
+        spp: 1,
+        max_depth: 12,
+        at_max_depth: AtMaxDepth::Black,
+        clamp_indirect,
+        ..Default::default()
+    };
+    for most in [Some(0.5), Some(1e-3), Some(0.9), None] {
+        let mirror = Specular::Mirror(Texture::Constant(Rgb::grey(0.9)));
+        let film = run(&furnace(mirror, settings(most)), &RenderOptions::default()).film;
+        let term = |n: i32| {
+            let whole = 0.9f64.powi(n);
+            if n > 1 { whole.min(most.map_or(f64::INFINITY, f64::from)) } else { whole }
+        };
+        let expected: f64 = (0..13).map(term).sum();
+        let mean = f64::from(film.pixels[27].mean().g);
+        assert!((mean - expected).abs() < 1e-5 * expected, "{most:?}: {mean} instead of {expected}");
+    }
+}

@@ -3,11 +3,16 @@
 mod common;
 
 use common::{picture_on, scene_with};
-use gloss::accel::Backend;
+use glam::Vec3;
+use gloss::accel::{self, Backend, BuildOptions, Coherence};
 use gloss::compare::diff::{Difference, Range, compare};
+use gloss::core::{Frame, Hit, Ray, Sampler, SamplerKind, Skip, warp};
 use gloss::film::Film;
+use gloss::geometry::{Shape, TriangleMesh};
 use gloss::image_io::Image;
 use gloss::render::RenderOptions;
+use gloss::scene::SelfHit;
+use std::sync::Arc;
 
 /// A knot that shines with radiance 1 of its own and reflects nine tenths of what comes, in the dark.
 const KNOT: &str = r#"
@@ -100,5 +105,63 @@ fn of_a_convex_thing_every_rule_gives_the_same_picture() {
             ["geometry", "primitive", "offset"].map(|p| film(&sphere, p, backend));
         assert_eq!(geometry.pixels, primitive.pixels);
         assert_eq!(offset.pixels, primitive.pixels);
+    }
+}
+
+/// Triangles of all sizes from 1e-4 to 1 and of all shapes, anywhere in the unit box.
+fn soup(count: u32) -> TriangleMesh {
+    let sampler = Sampler::new(SamplerKind::Independent, 11, 0, 0);
+    let positions = (0..count).flat_map(|i| {
+        let vector = |k| {
+            let ([x, y], z) = (sampler.pair(i, k), sampler.single(i, k + 1));
+            2.0 * Vec3::new(x, y, z) - 1.0
+        };
+        let [size, stretch] = sampler.pair(i, 8).map(|u| 10f32.powf(-4.0 * u));
+        let (a, b, c) = (vector(0), vector(2), vector(4));
+        [a, a + size * b, a + size * (stretch * c + (1.0 - stretch) * b)]
+    });
+    let indices = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    TriangleMesh::new(positions.collect(), indices, vec![], vec![]).expect("finite numbers")
+}
+
+#[test]
+fn no_shadow_ray_meets_the_triangle_that_it_leaves() {
+    let count = 10_000;
+    let mut scene = scene_with(KNOT, &[]);
+    let mesh = soup(count);
+    scene.shapes = vec![Shape::Mesh(Arc::new(mesh.clone()))];
+    let sampler = Sampler::new(SamplerKind::Independent, 12, 0, 0);
+    let mut rays = vec![];
+    for prim_id in 0..count {
+        let [a, b, c] = mesh.triangle(prim_id);
+        for i in 16 * prim_id..16 * prim_id + 16 {
+            // Inside, on edges and at corners; from overhead to grazing.
+            let [u, v] = match i % 4 {
+                0 => [0.0, sampler.single(i, 0)],
+                1 => [0.0, 1.0],
+                _ => warp::uniform_triangle(sampler.pair(i, 0)),
+            };
+            let to_point = Ray::new(a + 2.0 * (b - a).cross(c - a).normalize_or(Vec3::Z), Vec3::Z);
+            let hit = Hit { t: 1.0, u, v, geom_id: 0, prim_id };
+            let point = scene.interaction(&to_point, &hit);
+            let [height, turns] = sampler.pair(i, 1);
+            let (cos, tangent) = (10f32.powf(-4.0 * height), Frame::new(point.at.ng));
+            let across = (1.0 - cos * cos).max(0.0).sqrt() * warp::unit_vector(turns);
+            let wi = tangent.to_world(across.extend(if i & 8 == 0 { cos } else { -cos }));
+            rays.push((prim_id, point.spawn_shadow(wi, f32::INFINITY, SelfHit::Primitive)));
+        }
+    }
+    let without_rule = rays.iter().filter(|(_, ray)| ray.skip == Skip::None).count();
+    assert!(without_rule > rays.len() / 4, "{without_rule} of {}", rays.len());
+
+    for (backend, robust) in backends().into_iter().flat_map(|backend| [(backend, true), (backend, false)]) {
+        let options = BuildOptions { robust, ..BuildOptions::default() };
+        let accel = accel::build(backend, &scene.shapes, &options).expect("the soup is built");
+        let asked: Vec<Ray> = rays.iter().map(|&(_, ray)| ray).collect();
+        let mut hits = vec![None; asked.len()];
+        accel.intersect(&asked, Coherence::Incoherent, &mut hits);
+        for ((own, ray), hit) in rays.iter().zip(hits) {
+            assert!(hit.is_none_or(|hit| hit.prim_id != *own), "{backend:?}, {ray:?} meets {hit:?}");
+        }
     }
 }

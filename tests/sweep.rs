@@ -179,6 +179,13 @@ fn a_batch_goes_on_with_what_is_not_made_yet() {
 }
 
 #[test]
+fn the_shipped_jobs_are_in_order() {
+    let jobs = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/jobs/turntable.toml");
+    let ran = Place::new().gloss(&format!("batch {jobs} --dry-run"));
+    assert_eq!((ran.code, ran.out.lines().count()), (0, 25), "{}{}", ran.out, ran.err);
+}
+
+#[test]
 fn shares_of_a_batch_make_up_the_whole() {
     let place = Place::new();
     place.write("jobs.toml", "[[job]]\nscene = \"lemon.toml\"\noutput = \"{frame}.png\"\nframes = \"1-5\"");

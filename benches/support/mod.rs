@@ -30,9 +30,9 @@ pub fn argument(name: &str) -> Option<String> {
     arguments.next()
 }
 
-/// Whether `--name` was given.
-pub fn flag(name: &str) -> bool {
-    std::env::args().any(|a| a == name)
+/// The number after `--name`, or another.
+pub fn number(name: &str, default: usize) -> usize {
+    argument(name).map_or(default, |n| n.parse().unwrap_or_else(|_| panic!("{name} takes a number")))
 }
 
 /// The middle one; the mean of the two in the middle of an even number.

@@ -1,9 +1,10 @@
-//! Generated scenes of different kinds, and a mesh from an OBJ file to put among them.
+//! Generated scenes of different kinds, and meshes from files to put among them.
 
-use super::Random;
+use super::{Random, argument};
 use glam::{Quat, Vec3};
-use gloss::geometry::{Aabb, Shape, TriangleMesh};
+use gloss::geometry::{Aabb, Shape, TriangleMesh, obj, ply};
 use std::f32::consts::{PI, TAU};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Shapes and how to look at them.
@@ -24,17 +25,43 @@ impl Scene {
     }
 }
 
-/// The scenes of the given names; `obj` reads the file.
-pub fn by_name(name: &str, obj: Option<&str>) -> Scene {
+/// The generated scenes of `--scenes` and the meshes of `--mesh`, each made when it is asked for.
+pub fn wanted() -> impl Iterator<Item = Scene> {
+    let meshes = argument("--mesh").unwrap_or_default();
+    let default = if meshes.is_empty() { "knot,terrain,stadium,sticks" } else { "terrain,stadium,sticks" };
+    let names = argument("--scenes").unwrap_or(default.into());
+    let split =
+        |list: String| list.split(',').filter(|s| !s.is_empty()).map(str::to_owned).collect::<Vec<_>>();
+    let files = split(meshes).into_iter().map(|file| from_file(Path::new(&file)));
+    files.chain(split(names).into_iter().map(|name| generated(&name)))
+}
+
+fn generated(name: &str) -> Scene {
     match name {
         "knot" => in_room("knot", torus_knot(1200, 25, 0.22)),
         "terrain" => terrain(708),
         "stadium" => stadium(),
         "sticks" => sticks(40_000),
         "blobs" => blobs(2000),
-        "obj" => in_room("obj", read_obj(obj.expect("--obj FILE for the scene `obj`"))),
-        _ => panic!("no scene `{name}`: knot, terrain, stadium, sticks, blobs or obj"),
+        _ => panic!("no scene `{name}`: knot, terrain, stadium, sticks or blobs"),
     }
+}
+
+/// A mesh of an OBJ or PLY file in a room.
+fn from_file(path: &Path) -> Scene {
+    let sources = if path.extension().is_some_and(|e| e == "obj") {
+        let file = obj::read(path).unwrap_or_else(|e| panic!("{e}"));
+        file.parts.into_iter().map(|part| part.mesh).collect()
+    } else {
+        vec![ply::read(path).unwrap_or_else(|e| panic!("{e}"))]
+    };
+    let (mut positions, mut indices) = (vec![], vec![]);
+    for mesh in sources {
+        let base = positions.len() as u32;
+        positions.extend(mesh.positions.iter().map(|p| p.as_vec3()));
+        indices.extend(mesh.indices.iter().map(|t| t.map(|i| base + i)));
+    }
+    in_room(&path.file_stem().unwrap_or_default().to_string_lossy(), (positions, indices))
 }
 
 type Soup = (Vec<Vec3>, Vec<[u32; 3]>);
@@ -236,17 +263,4 @@ fn blobs(count: u32) -> Scene {
         light: [Vec3::new(-3.0, 30.0, -3.0), 6.0 * Vec3::X, 6.0 * Vec3::Z],
         t_min: 1e-3,
     }
-}
-
-fn read_obj(path: &str) -> Soup {
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..Default::default() };
-    let (models, _) = tobj::load_obj(path, &options).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let (mut positions, mut indices) = (vec![], vec![]);
-    for model in models {
-        let base = positions.len() as u32;
-        let p = &model.mesh.positions;
-        positions.extend(p.chunks_exact(3).map(|p| Vec3::new(p[0] as f32, p[1] as f32, p[2] as f32)));
-        indices.extend(model.mesh.indices.chunks_exact(3).map(|i| [base + i[0], base + i[1], base + i[2]]));
-    }
-    (positions, indices)
 }

@@ -7,7 +7,7 @@ use crate::film::Film;
 use crate::geometry::Shape;
 use crate::image_io::label::Canvas;
 use crate::image_io::{ExrOptions, Format, Image, ImageError, write_exr, write_png};
-use crate::render::{Outcome, Progress, RenderOptions, StopReason, render};
+use crate::render::{Outcome, Progress, RenderOptions, StopReason, aov_channels, render};
 use crate::scene::{GeometryCache, Plan, Scene, load_with};
 use std::path::Path;
 use std::sync::Arc;
@@ -165,7 +165,12 @@ impl Workshop {
         match Format::of(path)? {
             Format::Png => write_png(path, &image, self.options.exposure),
             Format::Exr => {
-                write_exr(path, &image, &ExrOptions { attributes: attributes(record, scene), crop: None })
+                let channels = aov_channels(&scene.settings.aovs, film);
+                write_exr(
+                    path,
+                    &image,
+                    &ExrOptions { attributes: attributes(record, scene), channels, crop: None },
+                )
             }
         }
     }

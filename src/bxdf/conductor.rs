@@ -64,12 +64,20 @@ impl Conductor {
 
     #[inline]
     pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        self.value(at, wi).map_or(Rgb::BLACK, |value| self.colour(value.cos_half) * value.f_cos)
+        self.f_cos_and_ln_pdf(at, wi).0
+    }
+
+    /// Both, with what they share done once.
+    #[inline]
+    pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| {
+            (self.colour(value.cos_half) * value.f_cos, value.pdf.ln())
+        })
     }
 
     #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())
+        self.f_cos_and_ln_pdf(at, wi).1
     }
 
     #[inline]

@@ -9,13 +9,13 @@
 //! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
 use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
-use crate::core::{Frame, Rgb, sampler::hash, special};
-use glam::Vec3;
+use crate::core::{Frame, Rgb, sampler::hash, special, warp};
+use glam::{Vec2, Vec3};
 use std::f32::consts::{LN_2, TAU};
 
 /// What becomes of a direction that falls below the surface.
 ///
-/// `P` is the lobe's mass above the surface, [`mass_above`]; `k` is the reflectance. The furnace value is the
+/// `P` is the lobe's mass above the surface, `mass_above`; `k` is the reflectance. The furnace value is the
 /// directional albedo, what a surface returns under the radiance 1 from everywhere.
 #[derive(
     Clone,
@@ -42,7 +42,7 @@ pub enum Horizon {
     /// Drawn again until it is above: the clipped lobe divided by its mass. Furnace: `k`.
     Reject,
     /// Lafortune and Willems' reciprocal lobe `f = k (e + 2) / (2 pi) cos^e(alpha)`, black below the surface.
-    /// Furnace: `k E`, see [`modified_phong_albedo`]; it falls with the cosine of incidence.
+    /// Furnace: `k E`, see `modified_phong_albedo`; it falls with the cosine of incidence.
     ///
     /// Source: Lafortune and Willems 1994, *Using the Modified Phong Reflectance Model for Physically Based
     /// Rendering*.
@@ -170,23 +170,26 @@ impl PreparedCosinePower {
     /// See [`Bxdf::f_cos`].
     #[inline]
     pub fn f_cos(&self, wi: Vec3) -> Rgb {
-        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return Rgb::BLACK };
-        let p = self.norm * ln_cos_e.exp();
-        self.lobe.reflectance
-            * match self.lobe.horizon {
-                Horizon::Fold => m * p,
-                Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
-                Horizon::ModifiedPhong => self.modified_phong_weight(wi) * p,
-            }
+        self.f_cos_and_ln_pdf(wi).0
     }
 
     /// See [`Bxdf::ln_pdf`].
     #[inline]
     pub fn ln_pdf(&self, wi: Vec3) -> f32 {
-        match self.evaluate(wi) {
-            None => f32::NEG_INFINITY,
-            Some((ln_cos_e, m)) => self.ln_density(ln_cos_e, m),
-        }
+        self.f_cos_and_ln_pdf(wi).1
+    }
+
+    /// Both, with what they share done once.
+    #[inline]
+    pub(super) fn f_cos_and_ln_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return (Rgb::BLACK, f32::NEG_INFINITY) };
+        let p = self.norm * ln_cos_e.exp();
+        let weight = match self.lobe.horizon {
+            Horizon::Fold => m * p,
+            Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
+            Horizon::ModifiedPhong => self.modified_phong_weight(wi) * p,
+        };
+        (self.lobe.reflectance * weight, self.ln_density(ln_cos_e, m))
     }
 
     /// See [`Bxdf::sample`].
@@ -233,7 +236,7 @@ impl PreparedCosinePower {
         let ln_cos = (1.0 - u[0]).ln() / (self.exponent + 1.0);
         let fall = ln_cos.exp_m1();
         let sin = (-fall * (2.0 + fall)).sqrt();
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let Vec2 { x: cos_phi, y: sin_phi } = warp::unit_vector(u[1]);
         Draw {
             along: self.frame.n + fall * self.frame.n,
             across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,

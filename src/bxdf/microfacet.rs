@@ -4,8 +4,9 @@
 //! Refraction through Rough Surfaces*; Heitz 2014, *Understanding the Masking-Shadowing Function*; Dupuy and Benyoub
 //! 2023, *Sampling Visible GGX Normals with Spherical Caps*.
 
-use glam::{Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use crate::core::warp;
+use glam::Vec3;
+use std::f32::consts::PI;
 
 /// The least cosine of a view: the surface is seen, whatever the rounding says.
 pub(super) const MIN_COS: f32 = 1e-9;
@@ -110,7 +111,7 @@ impl Ggx {
         let stretched = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
         let z = (1.0 - u[1]) * (1.0 + stretched.z) - stretched.z;
         let sin = (1.0 - z * z).max(0.0).sqrt();
-        let cap = (sin * Vec2::from_angle(TAU * u[0])).extend(z);
+        let cap = (sin * warp::unit_vector(u[0])).extend(z);
         let h = cap + stretched;
         Vec3::new(self.alpha * h.x, self.alpha * h.y, h.z.max(1e-9)).normalize()
     }

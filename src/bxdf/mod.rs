@@ -149,10 +149,9 @@ impl Bxdf {
     #[inline]
     pub fn evaluate(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
         match self {
-            Self::CosinePower(lobe) => {
-                let lobe = lobe.prepare(at);
-                (lobe.f_cos(wi), lobe.ln_pdf(wi))
-            }
+            Self::CosinePower(lobe) => lobe.prepare(at).f_cos_and_ln_pdf(wi),
+            Self::Conductor(lobe) => lobe.f_cos_and_ln_pdf(at, wi),
+            Self::Plastic(lobe) => lobe.f_cos_and_ln_pdf(at, wi),
             _ => (self.f_cos(at, wi), self.ln_pdf(at, wi)),
         }
     }

@@ -110,6 +110,12 @@ impl Plastic {
         self.value(at, wi).map_or(Rgb::BLACK, |value| value.f_cos)
     }
 
+    /// Both, with what they share done once.
+    #[inline]
+    pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| (value.f_cos, value.pdf.ln()))
+    }
+
     #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
         self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())

@@ -74,7 +74,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let attributes = attributes(&checkpoint.header);
     for output in &outputs {
-        output.write(&checkpoint.film, args.exposure, &attributes).or_failed()?;
+        output.write(&checkpoint.film, args.exposure, &attributes, &[]).or_failed()?;
     }
     if !args.quiet {
         tell(args, &paths, &checkpoint.header);

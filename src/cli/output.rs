@@ -3,6 +3,8 @@
 use super::exit::{Failure, OrExit};
 use crate::film::{Film, PixelRect};
 use crate::image_io::{ExrOptions, Format, Image, ImageError, atomic, write_exr, write_png};
+use crate::render::aov_channels;
+use crate::scene::Aov;
 use std::path::{Path, PathBuf};
 
 /// A file to write.
@@ -36,12 +38,14 @@ impl Output {
         &self.path
     }
 
-    /// Writes the film; `exposure`, in stops, is for PNG, and the attributes are for EXR.
+    /// Writes the film; `exposure`, in stops, is for PNG; the attributes and the pictures
+    /// beside the picture are for EXR.
     pub(super) fn write(
         &self,
         film: &Film,
         exposure: f32,
         attributes: &[(String, String)],
+        aovs: &[Aov],
     ) -> Result<(), ImageError> {
         let PixelRect { x0, y0, .. } = film.rect;
         let image = Image::new(film.rect.width(), film.rect.height(), film.image());
@@ -49,7 +53,8 @@ impl Output {
             Format::Png => write_png(&self.path, &image, exposure),
             Format::Exr => {
                 let crop = Some(([x0, y0], film.resolution));
-                write_exr(&self.path, &image, &ExrOptions { attributes: attributes.to_vec(), crop })
+                let channels = aov_channels(aovs, film);
+                write_exr(&self.path, &image, &ExrOptions { attributes: attributes.to_vec(), channels, crop })
             }
         }
     }

@@ -45,6 +45,14 @@ pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     })
 }
 
+/// A radiance above 0.
+pub(super) fn radiance(typed: &str) -> Result<f32, String> {
+    match typed.parse::<f32>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("it is a radiance above 0, such as 10".to_owned()),
+    }
+}
+
 /// A factor of lengths above 0.
 pub(super) fn scale(typed: &str) -> Result<f32, String> {
     match typed.parse::<f32>() {

@@ -14,6 +14,7 @@ use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
 use crate::film::PixelRect;
+use crate::image_io::Format;
 use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
 use crate::trace::clock;
@@ -122,6 +123,9 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let scene = args.scene.load()?;
     let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
+    if !scene.settings.aovs.is_empty() && outputs.iter().all(|output| output.format() != Format::Exr) {
+        return Err(Failure::bad("AOVs are layers of an EXR: add -o NAME.exr".to_owned()));
+    }
     tell_before(args, &scene);
     let mut job = match args.farm.begin(&args.subject(&scene), &outputs)? {
         Begin::Job(job) => job,
@@ -165,7 +169,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let report = Report { args, scene: &scene, accel: accel.info(), outcome, load_seconds, build_seconds };
     let attributes = report.attributes();
     for output in outputs.iter().filter(|_| !all_written) {
-        output.write(&report.outcome.film, args.exposure, &attributes).or_failed()?;
+        output.write(&report.outcome.film, args.exposure, &attributes, &scene.settings.aovs).or_failed()?;
     }
     dump.map_or(Ok(()), Dump::finish)?;
     report.tell(&outputs);

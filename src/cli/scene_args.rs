@@ -3,7 +3,7 @@
 use super::exit::{Failure, OrExit};
 use super::parse;
 use crate::bxdf::Horizon;
-use crate::scene::{self, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
+use crate::scene::{self, Aov, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
 use clap::ValueEnum;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -51,6 +51,15 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
+    /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
+    /// biased, which the EXR says
+    #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
+    clamp_indirect: Option<f32>,
+
+    /// Pictures beside the picture, as layers of the EXR, of what is seen by way of mirrors and sharp gloss
+    #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = SETTINGS)]
+    aov: Vec<Aov>,
+
     /// Which random numbers: another seed gives another, independent picture
     #[arg(long, value_name = "N", help_heading = SETTINGS)]
     seed: Option<u32>,
@@ -79,6 +88,8 @@ impl SceneArgs {
             ("settings.horizon", self.horizon.map(name)),
             ("settings.self_hit", self.self_hit.map(name)),
             ("settings.direct_light", self.direct_light.map(name)),
+            ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
+            ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];
         let set = named.into_iter().filter_map(|(path, value)| Some((path.to_owned(), value?)));
@@ -111,6 +122,11 @@ impl SceneArgs {
 fn name(value: impl ValueEnum) -> String {
     let value = value.to_possible_value().expect("no policy is hidden");
     format!("\"{}\"", value.get_name())
+}
+
+/// As a list of TOML.
+fn names(values: &[impl ValueEnum + Copy]) -> String {
+    format!("[{}]", values.iter().map(|&value| name(value)).collect::<Vec<_>>().join(", "))
 }
 
 /// As TOML.
@@ -148,6 +164,10 @@ mod tests {
         assert_eq!(
             overrides(&["--horizon", "fold-weighted"]),
             [pair("settings.horizon", "\"fold-weighted\"")]
+        );
+        assert_eq!(
+            overrides(&["--aov", "albedo,depth", "--clamp-indirect", "10"]),
+            [pair("settings.clamp_indirect", "10.0"), pair("settings.aovs", "[\"albedo\", \"depth\"]")]
         );
         assert_eq!(overrides(&["--glossy-samples", "8,2"]), [pair("settings.glossy_samples", "[8, 2]")]);
         assert_eq!(

@@ -16,11 +16,13 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         direct_light,
         diffuse_bounces,
         highlights,
+        clamp_indirect,
+        aovs,
         occlusion,
         sampler,
         seed,
     } = settings;
-    json!({
+    let mut all = json!({
         "spp": spp,
         "max_depth": max_depth,
         "at_max_depth": at_max_depth,
@@ -33,7 +35,15 @@ pub(super) fn to_json(settings: &Settings) -> Value {
         "occlusion": occlusion,
         "sampler": sampler,
         "seed": seed,
-    })
+    });
+    // Named where they say something: a picture with a bound on it is labelled, others are as they were.
+    if let Some(most) = clamp_indirect {
+        all["clamp_indirect"] = json!(most);
+    }
+    if !aovs.is_empty() {
+        all["aovs"] = json!(aovs);
+    }
+    all
 }
 
 /// On one line: `spp 64, max_depth 8, ...`.

@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
+mod blue_noise;
 mod fixed;
 mod frame;
 mod ray;
@@ -9,11 +10,13 @@ mod rgb;
 pub mod sampler;
 pub mod special;
 pub mod warp;
+mod wide;
 
 pub use fixed::Fixed;
 pub use frame::Frame;
 pub use ray::{Hit, Ray, Skip};
 pub use rgb::Rgb;
 pub use sampler::{Sampler, SamplerKind};
+pub use wide::{Wide, widely};
 
 pub use glam::Vec3;

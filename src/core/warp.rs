@@ -2,8 +2,29 @@
 //!
 //! Every `u` is in `[0, 1)`.
 
-use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use glam::{Vec2, Vec2Swizzles, Vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
+
+/// Cosine and sine of an eighth of a turn at most, `|x| <= pi / 4`, to 1e-7: two roundings.
+///
+/// Taylor's polynomials, whose next terms are below 3e-8.
+#[inline]
+fn unit_vector_near_x(x: f32) -> Vec2 {
+    let xx = x * x;
+    let cos = 1.0 + xx * (-1.0 / 2.0 + xx * (1.0 / 24.0 + xx * (-1.0 / 720.0 + xx * (1.0 / 40_320.0))));
+    let sin = x + x * xx * (-1.0 / 6.0 + xx * (1.0 / 120.0 + xx * (-1.0 / 5040.0 + xx * (1.0 / 362_880.0))));
+    Vec2::new(cos, sin)
+}
+
+/// The unit vector at the angle `2 pi turns`, for `turns` in `[0, 1]`, to 2e-7.
+#[inline]
+pub fn unit_vector(turns: f32) -> Vec2 {
+    // The nearest quarter turn, from which the angle differs by an eighth at most: both without rounding.
+    let quarter = (4.0 * turns + 0.5) as i32;
+    let v = unit_vector_near_x((4.0 * turns - quarter as f32) * FRAC_PI_2);
+    let v = if quarter & 1 == 0 { v } else { v.perp() };
+    if quarter & 2 == 0 { v } else { -v }
+}
 
 /// A point of the unit disk, uniform by area, with little distortion.
 ///
@@ -14,9 +35,11 @@ pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
     if x == 0.0 && y == 0.0 {
         return Vec2::ZERO;
     }
-    let (r, phi) =
-        if x.abs() > y.abs() { (x, FRAC_PI_4 * (y / x)) } else { (y, FRAC_PI_2 - FRAC_PI_4 * (x / y)) };
-    r * Vec2::from_angle(phi)
+    if x.abs() > y.abs() {
+        x * unit_vector_near_x(FRAC_PI_4 * (y / x))
+    } else {
+        y * unit_vector_near_x(FRAC_PI_4 * (x / y)).yx()
+    }
 }
 
 /// A direction of the hemisphere about +z with density `cos / pi`.
@@ -37,7 +60,7 @@ pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
 pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = (1.0 - z * z).max(0.0).sqrt();
-    (r * Vec2::from_angle(TAU * u[1])).extend(z)
+    (r * unit_vector(u[1])).extend(z)
 }
 
 /// Barycentric coordinates `(u, v)` of a point of a triangle, uniform by area.
@@ -51,5 +74,20 @@ pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {
     } else {
         let b1 = 0.5 * u[1];
         [u[0] - b1, b1]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unit_vectors_have_the_angle_to_two_roundings() {
+        for i in 0..=1 << 20 {
+            let turns = i as f32 / (1 << 20) as f32;
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(turns)).sin_cos();
+            let v = unit_vector(turns).as_dvec2();
+            assert!((v.x - cos).abs() < 2e-7 && (v.y - sin).abs() < 2e-7, "{turns}: {v}");
+        }
     }
 }

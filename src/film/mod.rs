@@ -132,6 +132,60 @@ impl Dropped {
     }
 }
 
+/// What denoisers ask of one pixel beside its colour: sums over its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GuidePixel {
+    /// Sum of the albedo.
+    pub albedo: [RadianceSum; 3],
+    /// Sum of the shading normal.
+    pub normal: [RadianceSum; 3],
+    /// Sum of the length of the way from the camera.
+    pub depth: RadianceSum,
+    /// Sum of the squared radiance, per channel.
+    pub squares: [SquareSum; 3],
+    /// Samples that have met a surface: normal and depth are theirs.
+    pub met: u32,
+}
+
+/// What one camera sample has to say of the surface that it shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Guide {
+    /// Fraction of light that is reflected.
+    pub albedo: Rgb,
+    /// Unit normal; zero where there is no surface.
+    pub normal: [f32; 3],
+    /// Length of the way.
+    pub depth: f32,
+}
+
+impl GuidePixel {
+    /// Adds one sample, whose radiance is given in the same exact form as the film's.
+    #[inline]
+    pub fn add(&mut self, guide: &Guide, radiance: [RadianceSum; 3]) {
+        for c in 0..3 {
+            self.albedo[c] += RadianceSum::from_finite(guide.albedo.to_array()[c]);
+            self.normal[c] += RadianceSum::from_finite(guide.normal[c]);
+            let value = radiance[c].to_f64();
+            self.squares[c] += SquareSum::new(value * value);
+        }
+        if guide.normal != [0.0; 3] {
+            self.depth += RadianceSum::from_finite(guide.depth);
+            self.met += 1;
+        }
+    }
+
+    /// Adds the samples of another film's pixel.
+    pub fn merge(&mut self, other: &Self) {
+        for c in 0..3 {
+            self.albedo[c] += other.albedo[c];
+            self.normal[c] += other.normal[c];
+            self.squares[c] += other.squares[c];
+        }
+        self.depth += other.depth;
+        self.met += other.met;
+    }
+}
+
 /// The pixels of a rectangle of the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -141,6 +195,8 @@ pub struct Film {
     pub rect: PixelRect,
     /// Row by row.
     pub pixels: Vec<Pixel>,
+    /// What is known of them for denoisers, in the same order; empty where nobody has asked.
+    pub guides: Vec<GuidePixel>,
     /// What could not be added.
     pub dropped: Dropped,
 }
@@ -148,7 +204,14 @@ pub struct Film {
 impl Film {
     /// An empty film for a part of an image.
     pub fn new(resolution: [u32; 2], rect: PixelRect) -> Self {
-        Self { resolution, rect, pixels: vec![Pixel::default(); rect.area()], dropped: Dropped::default() }
+        let pixels = vec![Pixel::default(); rect.area()];
+        Self { resolution, rect, pixels, guides: vec![], dropped: Dropped::default() }
+    }
+
+    /// The same with room for what denoisers ask, if `wanted`.
+    pub fn with_guides(mut self, wanted: bool) -> Self {
+        self.guides = if wanted { vec![GuidePixel::default(); self.pixels.len()] } else { vec![] };
+        self
     }
 
     /// The pixel at column `x` and row `y` of the full image, which must lie within this film.
@@ -174,12 +237,57 @@ impl Film {
             for (pixel, more) in self.pixels[start..start + width].iter_mut().zip(pixels) {
                 pixel.merge(more);
             }
+            if let (Some(mine), Some(more)) =
+                (self.guides.get_mut(start..start + width), other.guides.get(row * width..(row + 1) * width))
+            {
+                mine.iter_mut().zip(more).for_each(|(guide, more)| guide.merge(more));
+            }
         }
         self.dropped.merge(other.dropped);
+    }
+
+    /// Mean albedo of each pixel, row by row; black where nothing was asked for or met.
+    pub fn albedo(&self) -> Vec<Rgb> {
+        self.guided(|pixel, guide| Rgb::from(mean(guide.albedo, pixel.count)))
+    }
+
+    /// Mean normal of each pixel, row by row, its components as channels; zero where nothing was met. Shorter than one
+    /// where normals differ within the pixel.
+    pub fn normal(&self) -> Vec<Rgb> {
+        self.guided(|pixel, guide| Rgb::from(mean(guide.normal, pixel.count)))
+    }
+
+    /// Mean length of the way from the camera over the samples that met a surface, row by row; infinite where none did.
+    pub fn depth(&self) -> Vec<f32> {
+        let depth = |guide: &GuidePixel| match guide.met {
+            0 => f32::INFINITY,
+            met => (guide.depth.to_f64() / f64::from(met)) as f32,
+        };
+        self.guides.iter().map(depth).collect()
+    }
+
+    /// Estimated variance of each pixel's value, per channel, row by row; zero with fewer than two samples.
+    pub fn variance(&self) -> Vec<Rgb> {
+        self.guided(|pixel, guide| {
+            let n = f64::from(pixel.count);
+            let of = |c: usize| {
+                let mean = pixel.sum[c].to_f64() / n;
+                ((guide.squares[c].to_f64() / n - mean * mean) / (n - 1.0)).max(0.0) as f32
+            };
+            if pixel.count < 2 { Rgb::BLACK } else { Rgb::new(of(0), of(1), of(2)) }
+        })
+    }
+
+    fn guided(&self, of: impl Fn(&Pixel, &GuidePixel) -> Rgb) -> Vec<Rgb> {
+        self.pixels.iter().zip(&self.guides).map(|(pixel, guide)| of(pixel, guide)).collect()
     }
 
     /// Mean radiance of each pixel, row by row.
     pub fn image(&self) -> Vec<Rgb> {
         self.pixels.iter().map(Pixel::mean).collect()
     }
+}
+
+fn mean(sum: [RadianceSum; 3], count: u32) -> [f32; 3] {
+    sum.map(|sum| (sum.to_f64() / f64::from(count.max(1))) as f32)
 }

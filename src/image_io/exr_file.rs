@@ -1,9 +1,10 @@
 //! EXR: what was measured, and how.
 
 use super::{Image, ImageError, write_atomically};
+use crate::core::Rgb;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
-use exr::prelude::{Encoding, Layer, SpecificChannels, Vec2, WritableImage};
+use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, Vec2, WritableImage};
 use std::fs::File;
 use std::path::Path;
 
@@ -12,11 +13,13 @@ use std::path::Path;
 pub struct ExrOptions {
     /// Attributes of the file's header: names and texts. The standard's own names are best avoided by a prefix.
     pub attributes: Vec<(String, String)>,
+    /// More channels: names such as `Depth.Z` (a layer, a point, a channel) and as many values as the image has pixels.
+    pub channels: Vec<(String, Vec<f32>)>,
     /// Where the image lies in a larger picture: its upper left corner there, and that picture's size.
     pub crop: Option<([u32; 2], [u32; 2])>,
 }
 
-/// Writes linear 32-bit `R`, `G` and `B`, compressed without loss (ZIP).
+/// Writes linear 32-bit `R`, `G` and `B`, and what other channels there are, compressed without loss (ZIP).
 ///
 /// A crop becomes the data window in the display window of the whole picture, as the format means it.
 ///
@@ -25,10 +28,11 @@ pub struct ExrOptions {
 pub fn write_exr(path: &Path, image: &Image, options: &ExrOptions) -> Result<(), ImageError> {
     let [width, height] = image.size().map(|n| n as usize);
     let ([x, y], whole) = options.crop.unwrap_or(([0, 0], image.size()));
-    let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-        let p = image.pixels[at.y() * width + at.x()];
-        (p.r, p.g, p.b)
-    });
+    let channel = |name: &str, values| AnyChannel::new(text(name), FlatSamples::F32(values));
+    let colour = |name, of: fn(&Rgb) -> f32| channel(name, image.pixels.iter().map(of).collect());
+    let colours = [colour("R", |p| p.r), colour("G", |p| p.g), colour("B", |p| p.b)];
+    let more = options.channels.iter().map(|(name, values)| channel(name, values.clone()));
+    let channels = AnyChannels::sort(colours.into_iter().chain(more).collect());
     let other =
         options.attributes.iter().map(|(name, value)| (text(name), AttributeValue::Text(text(value))));
     let own = LayerAttributes {
@@ -64,6 +68,7 @@ mod tests {
                 ("gloss.spp".to_owned(), "64".to_owned()),
                 ("gloss.scene".to_owned(), "Zimt\u{e9}/\u{4e2d}.toml".to_owned()),
             ],
+            channels: vec![("Depth.Z".to_owned(), (0..37 * 21).map(|i| i as f32).collect())],
             crop: Some(([5, 6], [100, 50])),
         };
         write_exr(&path, &image, &options).unwrap();
@@ -73,6 +78,8 @@ mod tests {
         let header = &meta.headers[0];
         assert_eq!(header.own_attributes.layer_position, Vec2(5, 6));
         assert_eq!(header.shared_attributes.display_window.size, Vec2(100, 50));
+        let names: Vec<_> = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+        assert_eq!(names, ["B", "Depth.Z", "G", "R"]);
         let attribute = |name: &str| match header.own_attributes.other.get(&Text::from(name)) {
             Some(AttributeValue::Text(value)) => value.to_string(),
             other => panic!("{name}: {other:?}"),

@@ -1,11 +1,35 @@
 //! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
 
-use super::path::{Path, Vertex, Wave};
+use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
-use crate::core::{Ray, Rgb, Sampler};
-use crate::scene::{AtMaxDepth, DirectLight};
+use crate::core::{Rgb, Sampler};
+use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
+
+/// The numbers that nearly every surface needs, drawn together.
+pub(super) struct Numbers {
+    /// The direction of the first lobe's ray, where it is one.
+    pub lobe: [f32; 2],
+    /// Which lobe and which light.
+    pub choice: [f32; 2],
+    /// The direction towards the light.
+    pub light: [f32; 2],
+    /// Whether the path goes on, where the first lobe's ray is one.
+    pub survival: f32,
+}
+
+impl Numbers {
+    /// For the surface that `path` has reached.
+    #[inline(always)]
+    pub(super) fn draw(sampler: &Sampler, path: &Path) -> Self {
+        let dimensions =
+            [Dimension::Lobe(0), Dimension::Choice, Dimension::LightDirection, Dimension::Survival];
+        let [lobe, choice, light, [survival, _]] =
+            sampler.pairs(path.index, dimensions.map(|dimension| dimension.at(path.depth)));
+        Self { lobe, choice, light, survival }
+    }
+}
 
 /// Pairs of random numbers, by the depth of the surface and what they decide there.
 ///
@@ -42,6 +66,17 @@ impl Dimension {
     }
 }
 
+/// A surface that a path has reached.
+#[derive(Clone, Copy)]
+pub(super) struct Reached<'a> {
+    /// The path that came.
+    pub path: &'a Path,
+    /// Where it came to.
+    pub point: &'a SurfaceInteraction,
+    /// What is there.
+    pub bsdf: &'a Bsdf,
+}
+
 /// The rays that leave a surface, lobe by lobe.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Leaving {
@@ -51,6 +86,8 @@ pub(super) struct Leaving {
     pub rate: [f32; Bsdf::MAX_LOBES],
     /// Whether each lobe's rays look for lights only.
     pub emission_only: [bool; Bsdf::MAX_LOBES],
+    /// The lobe whose first ray shows what the camera sample shows.
+    pub followed: Option<usize>,
     /// The next ray to be made: its lobe and its number there.
     next: (usize, u32),
 }
@@ -106,6 +143,7 @@ impl Integrator<'_> {
     ///
     /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the number `choice`
     /// in `[0, 1)`, in proportion to its albedo.
+    #[inline(always)]
     pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, choice: f32) -> Leaving {
         let mut leaving = Leaving::default();
         let (mut lobes, mut split) = (0, 1);
@@ -176,38 +214,62 @@ impl Integrator<'_> {
         seen
     }
 
-    /// Makes rays of a vertex until there are no more or the wave is full.
-    pub(super) fn make_rays(&self, vertex: &mut Vertex, sampler: &Sampler, wave: &mut Wave) {
+    /// Makes rays that leave a surface until there are no more or the wave is full.
+    ///
+    /// `numbers` are the surface's, where they are at hand.
+    #[inline(always)]
+    pub(super) fn make_rays(
+        &self,
+        from: &Reached,
+        leaving: &mut Leaving,
+        sampler: &Sampler,
+        numbers: Option<&Numbers>,
+        wave: &mut Wave,
+    ) {
         while wave.len() < self.capacity
-            && let Some((lobe, number)) = vertex.leaving.take()
+            && let Some((lobe, number)) = leaving.take()
         {
-            if let Some((path, ray)) = self.make_ray(vertex, lobe, number, sampler) {
-                let class = match vertex.bsdf.lobe(lobe).kind() {
-                    LobeKind::Diffuse => RayClass::Diffuse,
-                    LobeKind::Delta | LobeKind::Glossy => RayClass::Glossy,
-                };
-                wave.push(class, path, ray);
-            }
+            let index = from.path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
+            let at_hand = numbers.filter(|_| lobe == 0 && leaving.count[0] == 1);
+            let depth = from.path.depth;
+            let u = match at_hand {
+                Some(numbers) => numbers.lobe,
+                None => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
+            };
+            let survival = || match at_hand {
+                Some(numbers) => numbers.survival,
+                None => sampler.single(index, Dimension::Survival.at(depth)),
+            };
+            self.make_ray(from, leaving, (lobe, index), u, survival, wave);
         }
     }
 
-    fn make_ray(&self, vertex: &Vertex, lobe: usize, number: u32, sampler: &Sampler) -> Option<(Path, Ray)> {
-        let Vertex { path, point, bsdf, leaving } = vertex;
+    /// Adds the ray of a lobe that the numbers `u` stand for, unless it ends here.
+    #[inline(always)]
+    fn make_ray(
+        &self,
+        from: &Reached,
+        leaving: &Leaving,
+        (lobe, index): (usize, u32),
+        u: [f32; 2],
+        survival: impl FnOnce() -> f32,
+        wave: &mut Wave,
+    ) {
+        let Reached { path, point, bsdf } = from;
         let settings = &self.scene.settings;
-        let index = path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
-        let bxdf = bsdf.lobe(lobe);
-        let sample = bxdf.sample(&point.at, sampler.pair(index, Dimension::Lobe(lobe).at(path.depth)))?;
-        let mut beta = path.beta * sample.weight * leaving.rate[lobe].recip();
+        let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
+        let Some(sample) = bxdf.sample(&point.at, u) else { return };
+        let mut beta = path.beta * sample.weight * rate.recip();
         if path.depth >= settings.max_depth && !leaving.emission_only[lobe] {
             // A survivor stands for those that were ended: Arvo and Kirk 1990.
-            let survival = beta.max_channel().min(MAX_SURVIVAL);
-            if sampler.single(index, Dimension::Survival.at(path.depth)) >= survival {
-                return None;
+            let share = beta.max_channel().min(MAX_SURVIVAL);
+            if survival() >= share {
+                return;
             }
-            beta *= survival.recip();
+            beta *= share.recip();
         }
         if beta.is_black() {
-            return None;
+            return;
         }
         let glossy = bxdf.kind() == LobeKind::Glossy;
         let child = Path {
@@ -220,13 +282,21 @@ impl Integrator<'_> {
             ln_rate: if glossy && !settings.highlights {
                 f32::INFINITY
             } else {
-                sample.ln_pdf + leaving.rate[lobe].ln()
+                sample.ln_pdf + ln_rate(rate)
             },
             receiver_n: point.at.n,
             emission_only: leaving.emission_only[lobe],
+            followed: leaving.followed == Some(lobe) && index == path.index.wrapping_mul(leaving.count[lobe]),
         };
-        Some((child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit)))
+        let class = if bxdf.kind() == LobeKind::Diffuse { RayClass::Diffuse } else { RayClass::Glossy };
+        wave.push(class, child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit));
     }
+}
+
+/// The logarithm of a number of rays, which is mostly one.
+#[inline]
+pub(super) fn ln_rate(rate: f32) -> f32 {
+    if rate == 1.0 { 0.0 } else { rate.ln() }
 }
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.

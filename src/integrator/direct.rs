@@ -1,11 +1,11 @@
 //! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
-use super::bounce::{Dimension, Leaving};
+use super::bounce::{Leaving, Numbers, Reached, ln_rate};
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, LobeKind};
-use crate::core::{Ray, Rgb, Sampler};
+use crate::bxdf::{Bxdf, LobeKind};
+use crate::core::{Ray, Rgb};
 use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -29,15 +29,14 @@ fn power_heuristic(ln_mine: f32, ln_other: f32) -> f32 {
 
 impl Integrator<'_> {
     /// One light's share of the radiance that leaves `point` towards the viewer.
+    #[inline(always)]
     pub(super) fn sample_light(
         &self,
-        path: &Path,
-        point: &SurfaceInteraction,
-        bsdf: &Bsdf,
+        from: &Reached,
         leaving: &Leaving,
-        choice: f32,
-        sampler: &Sampler,
+        numbers: &Numbers,
     ) -> Option<Unoccluded> {
+        let Reached { path, point, bsdf } = from;
         let takes_light = |bxdf: &Bxdf| match bxdf.kind() {
             LobeKind::Delta => false,
             LobeKind::Glossy => self.scene.settings.highlights,
@@ -47,22 +46,23 @@ impl Integrator<'_> {
             return None;
         }
         let receiver = Receiver { p: point.p, n: point.at.n };
-        let u = sampler.pair(path.index, Dimension::LightDirection.at(path.depth));
-        let light = self.scene.lights.sample(&receiver, choice, u)?;
+        let light = self.scene.lights.sample(&receiver, numbers.choice[1], numbers.light)?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
             reflected += self.lit(path, point, bxdf, leaving.rate[lobe], &light);
         }
-        let radiance = path.beta * reflected * light.le_over_pdf;
+        let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
         if radiance.is_black() {
             return None;
         }
-        let ray = light.shadow.then(|| point.spawn(light.wi, light.t_max, self.scene.settings.self_hit));
+        let ray =
+            light.shadow.then(|| point.spawn_shadow(light.wi, light.t_max, self.scene.settings.self_hit));
         Some(Unoccluded { radiance, ray })
     }
 
     /// What a lobe reflects of a light sample, by how much that counts where `rate` rays of the lobe might find the
     /// same light.
+    #[inline(always)]
     fn lit(
         &self,
         path: &Path,
@@ -89,9 +89,22 @@ impl Integrator<'_> {
                 DirectLight::Mis if rate == 0.0 => bxdf.f_cos(&point.at, light.wi),
                 DirectLight::Mis => {
                     let (f_cos, ln_pdf) = bxdf.evaluate(&point.at, light.wi);
-                    f_cos * power_heuristic(light.ln_pdf, ln_pdf + rate.ln())
+                    f_cos * power_heuristic(light.ln_pdf, ln_pdf + ln_rate(rate))
                 }
             },
+        }
+    }
+
+    /// Radiance that was reflected so often, no more of it than the settings allow.
+    #[inline]
+    pub(super) fn bounded(&self, radiance: Rgb, reflections: u32) -> Rgb {
+        match self.scene.settings.clamp_indirect {
+            Some(most) if reflections > 1 => {
+                let channel = radiance.max_channel();
+                // What is not finite is the film's to count.
+                if channel > most && channel.is_finite() { radiance * (most / channel) } else { radiance }
+            }
+            _ => radiance,
         }
     }
 

@@ -7,6 +7,7 @@
 
 mod bounce;
 mod direct;
+mod guide;
 mod occlusion;
 mod path;
 mod tally;

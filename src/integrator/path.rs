@@ -1,6 +1,6 @@
 //! The state of a path between two surfaces, and of a surface whose rays are still to be made.
 
-use super::bounce::Leaving;
+use super::bounce::{Leaving, Reached};
 use super::tally::RayClass;
 use crate::bxdf::Bsdf;
 use crate::core::{Ray, Rgb};
@@ -29,6 +29,8 @@ pub(super) struct Path {
     pub receiver_n: Vec3,
     /// Whether only light that comes straight from a light counts.
     pub emission_only: bool,
+    /// Whether what it meets is what the camera sample shows: nothing but mirrors and the like came before.
+    pub followed: bool,
 }
 
 impl Path {
@@ -44,6 +46,7 @@ impl Path {
             ln_rate: f32::INFINITY,
             receiver_n: Vec3::Z,
             emission_only: false,
+            followed: true,
         }
     }
 }
@@ -70,6 +73,7 @@ pub(super) struct Wave {
 }
 
 impl Wave {
+    #[inline]
     pub(super) fn push(&mut self, class: RayClass, path: Path, ray: Ray) {
         let rays = &mut self.classes[class as usize];
         rays.paths.push(path);
@@ -96,4 +100,12 @@ pub(super) struct Vertex {
     pub bsdf: Bsdf,
     /// Which rays leave.
     pub leaving: Leaving,
+}
+
+impl Vertex {
+    /// The surface and the rays that are still to be made.
+    pub(super) fn parts(&mut self) -> (Reached<'_>, &mut Leaving) {
+        let Self { path, point, bsdf, leaving } = self;
+        (Reached { path, point, bsdf }, leaving)
+    }
 }

@@ -1,13 +1,14 @@
 //! The wave loop: all paths of a wave take one step together.
 
-use super::bounce::Dimension;
+use super::guide::Trail;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::Outgoing;
 use crate::accel::{Accelerator, Coherence};
-use crate::core::{Hit, Ray, Rgb, Sampler};
+use crate::bxdf::Bsdf;
+use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect, RadianceSum};
-use crate::scene::{Plan, Scene};
+use crate::scene::{Material, Plan, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,6 +22,8 @@ pub struct Integrator<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a dyn Accelerator,
     pub(super) samples_lights: bool,
+    /// The lobes of each material, where they are the same at all points.
+    pub(super) bsdfs: Vec<Option<Bsdf>>,
     pub(super) capacity: usize,
     pub(super) log: Option<&'a dyn RayLog>,
 }
@@ -37,19 +40,13 @@ pub(super) struct Root {
 
 impl Root {
     /// Adds light to the sample; what cannot be added is counted.
-    #[inline]
+    #[inline(always)]
     pub(super) fn add(&mut self, radiance: Rgb, tally: &mut Tally) {
         if !radiance.is_black() && tally.dropped.accepts(radiance) {
             for (sum, channel) in self.sum.iter_mut().zip(radiance.to_array()) {
                 *sum += RadianceSum::from_finite(channel);
             }
         }
-    }
-
-    /// The numbers by which a path chooses a lobe and a light.
-    #[inline]
-    pub(super) fn choice(&self, path: &Path) -> [f32; 2] {
-        self.sampler.pair(path.index, Dimension::Choice.at(path.depth))
     }
 }
 
@@ -73,6 +70,8 @@ pub struct Scratch {
     hits: Vec<Option<Hit>>,
     shadows: Shadows,
     waiting: Waiting,
+    /// What denoisers are told of each root; empty where nobody asks.
+    trails: Vec<Trail>,
 }
 
 /// Shadow rays and the light that each lets through.
@@ -111,7 +110,14 @@ impl Waiting {
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
-        Self { scene, accel, samples_lights: Plan::of(scene).samples_lights, capacity: CAPACITY, log: None }
+        Self {
+            scene,
+            accel,
+            samples_lights: Plan::of(scene).samples_lights,
+            bsdfs: scene.materials.iter().map(Material::uniform_bsdf).collect(),
+            capacity: CAPACITY,
+            log: None,
+        }
     }
 
     /// Tells `log` of every ray.
@@ -142,13 +148,21 @@ impl<'a> Integrator<'a> {
                 if stop.load(Ordering::Relaxed) {
                     return;
                 }
-                self.start(film.rect, &Work { pixels: block, samples: first..last, ..*work }, scratch);
+                let block = Work { pixels: block, samples: first..last, ..*work };
+                self.start(film.rect, &block, scratch);
+                scratch.trails.clear();
+                if !film.guides.is_empty() {
+                    scratch.trails.resize(scratch.roots.len(), Trail::default());
+                }
                 if !self.trace(scratch, tally, stop) {
                     return;
                 }
                 tally.samples += scratch.roots.len() as u64;
                 for root in &scratch.roots {
                     film.pixels[root.pixel as usize].add(root.sum);
+                }
+                for (root, trail) in scratch.roots.iter().zip(&scratch.trails) {
+                    film.guides[root.pixel as usize].add(&trail.guide, root.sum);
                 }
             }
             first = last;
@@ -161,11 +175,12 @@ impl<'a> Integrator<'a> {
         let settings = &self.scene.settings;
         scratch.roots.clear();
         scratch.wave.clear();
+        let sampler_of =
+            |&(x, y)| Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
         for block in work.pixels.chunks(8) {
+            let samplers: [Sampler; 8] = std::array::from_fn(|i| sampler_of(&block[i % block.len()]));
             for index in work.samples.clone() {
-                for &(x, y) in block {
-                    let sampler =
-                        Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
+                for (&(x, y), sampler) in block.iter().zip(samplers) {
                     let [dx, dy] = sampler.pair(index, 0);
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
@@ -185,7 +200,7 @@ impl<'a> Integrator<'a> {
                 scratch.waiting.clear();
                 return false;
             }
-            self.step(scratch, tally);
+            widely(Step { integrator: self, scratch, tally });
             std::mem::swap(&mut scratch.wave, &mut scratch.next);
             scratch.next.clear();
             if scratch.wave.len() == 0 && !self.refill(scratch) {
@@ -195,6 +210,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// One step of all paths of the wave: where their rays go, what is there, and which rays leave.
+    #[inline(always)]
     fn step(&self, scratch: &mut Scratch, tally: &mut Tally) {
         scratch.shadows.rays.clear();
         scratch.shadows.light.clear();
@@ -224,11 +240,12 @@ impl<'a> Integrator<'a> {
     }
 
     /// Shades the hits of one class of the wave.
+    #[inline(always)]
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
-        let Scratch { roots, wave, next, hits, shadows, waiting } = scratch;
+        let Scratch { roots, wave, next, hits, shadows, waiting, trails } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
-        let mut out = Outgoing { next, waiting, shadows, tally };
+        let mut out = Outgoing { next, waiting, shadows, trails, tally };
         for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
             let root = &mut roots[path.slot as usize];
             match hit {
@@ -239,6 +256,7 @@ impl<'a> Integrator<'a> {
     }
 
     /// Asks the shadow rays and adds the light of those that nothing stops.
+    #[inline(always)]
     fn let_light_through(&self, shadows: &mut Shadows, roots: &mut [Root], tally: &mut Tally) {
         let Shadows { rays, light, occluded } = shadows;
         if rays.is_empty() {
@@ -266,7 +284,9 @@ impl<'a> Integrator<'a> {
             while wave.len() < self.capacity
                 && let Some(vertex) = list.last_mut()
             {
-                self.make_rays(vertex, &roots[vertex.path.slot as usize].sampler, wave);
+                let (from, leaving) = vertex.parts();
+                let sampler = &roots[from.path.slot as usize].sampler;
+                self.make_rays(&from, leaving, sampler, None, wave);
                 if vertex.leaving.remaining() == 0 {
                     list.pop();
                 }
@@ -276,6 +296,22 @@ impl<'a> Integrator<'a> {
             }
         }
         wave.len() > 0
+    }
+}
+
+/// [`Integrator::step`], to be compiled for wide instructions.
+struct Step<'a, 'b> {
+    integrator: &'a Integrator<'b>,
+    scratch: &'a mut Scratch,
+    tally: &'a mut Tally,
+}
+
+impl Wide for Step<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.integrator.step(self.scratch, self.tally);
     }
 }
 

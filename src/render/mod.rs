@@ -3,6 +3,7 @@
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
 //! `split` into how many rays a glossy hit is worth splitting.
 
+mod aov;
 mod decisions;
 mod noise;
 mod split;
@@ -20,6 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
 
+pub use aov::aov_channels;
 pub use decisions::Decisions;
 
 pub use crate::integrator::{ClassCount, RayClass, RayLog, Tally};
@@ -183,6 +185,8 @@ struct Picture<'a> {
     samples: Range<u32>,
     tiles: Vec<Tile>,
     state: Mutex<State>,
+    /// Those that no thread is using.
+    scratches: Mutex<Vec<Scratch>>,
     thread_nanoseconds: AtomicU64,
 }
 
@@ -198,7 +202,8 @@ impl<'a> Picture<'a> {
         let [width, height] = scene.camera.resolution;
         let rect = options.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height });
         assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
-        let begin = || State::from(Film::new(scene.camera.resolution, rect));
+        let guides = !scene.settings.aovs.is_empty();
+        let begin = || State::from(Film::new(scene.camera.resolution, rect).with_guides(guides));
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
         let by_tile = matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
@@ -213,6 +218,7 @@ impl<'a> Picture<'a> {
             samples: options.samples.clone().unwrap_or(0..scene.settings.spp),
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),
+            scratches: Mutex::default(),
             thread_nanoseconds: AtomicU64::new(0),
         }
     }
@@ -292,14 +298,18 @@ impl<'a> Picture<'a> {
     /// Brings every pixel that is still in work to the round's number of samples.
     fn round(&self, round: &Round<'_>) {
         let tiles = self.tiles.par_iter().enumerate().with_max_len(1);
-        tiles.for_each_init(Scratch::default, |scratch, (number, tile)| {
-            self.tile(round, number, tile, scratch);
+        tiles.for_each(|(number, tile)| {
+            // As many as there are threads, each kept from tile to tile.
+            let mut scratch = self.scratches.lock().expect(NO_PANIC).pop().unwrap_or_default();
+            self.tile(round, number, tile, &mut scratch);
+            self.scratches.lock().expect(NO_PANIC).push(scratch);
         });
     }
 
     fn tile(&self, round: &Round<'_>, number: usize, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
-        let mut film = Film::new(self.scene.camera.resolution, tile.rect);
+        let guides = !self.scene.settings.aovs.is_empty();
+        let mut film = Film::new(self.scene.camera.resolution, tile.rect).with_guides(guides);
         let mut tally = Tally::default();
         if self.must_stop().is_some() {
             return;

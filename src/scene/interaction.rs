@@ -22,6 +22,8 @@ pub struct SurfaceInteraction {
     pub prim_id: u32,
     /// Whether the primitive is flat, so that no ray that leaves it can come back to it.
     pub flat: bool,
+    /// Height over a flat primitive from which no test in f32 finds it again: see [`clearance`]. Infinite for others.
+    pub clearance: f32,
 }
 
 /// `n eps / (1 - n eps)`: bound of the relative error of n roundings (Higham).
@@ -39,32 +41,32 @@ impl Scene {
     ///
     /// The point comes from the barycentric coordinates (pbrt-v4, 6.8.5), which bounds its error by the size of the
     /// coordinates and not by the length of the ray.
-    #[inline]
+    #[inline(always)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let wo = -ray.dir;
-        let (p, error, ng, n, flat) = match &self.shapes[hit.geom_id as usize] {
+        let (p, error, ng, n, clearance) = match &self.shapes[hit.geom_id as usize] {
             Shape::Mesh(mesh) => {
                 let corners = mesh.indices()[hit.prim_id as usize];
                 let [a, b, c] = corners.map(|v| mesh.positions()[v as usize]);
                 let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
                 let p = weights[0] * a + weights[1] * b + weights[2] * c;
                 let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
-                let ng = unit_normal(a, b, c);
+                let (ng, clearance) = plane(a, b, c);
                 let n = match mesh.normals() {
-                    [] => ng,
+                    [] => None,
                     normals => {
                         let [na, nb, nc] = corners.map(|v| normals[v as usize]);
-                        (weights[0] * na + weights[1] * nb + weights[2] * nc).try_normalize().unwrap_or(ng)
+                        (weights[0] * na + weights[1] * nb + weights[2] * nc).try_normalize()
                     }
                 };
-                (p, gamma(7.0) * ng.abs().dot(sum), ng, n, true)
+                (p, gamma(7.0) * ng.abs().dot(sum), ng, n, Some(clearance))
             }
             Shape::Spheres(spheres) => {
                 let sphere = spheres[hit.prim_id as usize];
                 let ng = sphere.normal_at(ray.at(hit.t));
                 let p = sphere.center + sphere.radius * ng;
                 let size = sphere.center.abs().max_element() + sphere.radius;
-                (p, gamma(16.0) * size, ng, ng, false)
+                (p, gamma(16.0) * size, ng, None, None)
             }
         };
         let front = ng.dot(wo) >= 0.0;
@@ -72,20 +74,43 @@ impl Scene {
         SurfaceInteraction {
             p,
             p_error: error.max(LEAST_OFFSET),
-            at: Incidence { wo, n: shading_normal(n, ng, wo), ng, front },
+            at: Incidence { wo, n: n.map_or(ng, |n| shading_normal(n, ng, wo)), ng, front },
             geom_id: hit.geom_id,
             prim_id: hit.prim_id,
-            flat,
+            flat: clearance.is_some(),
+            clearance: clearance.unwrap_or(f32::INFINITY),
         }
     }
 }
 
-/// The unit normal of a triangle; computed in f64, where the cross product of the edges does not cancel.
+/// The unit normal of a triangle, computed in f64, where the cross product of the edges does not cancel, and its
+/// [`clearance`].
 #[inline]
-fn unit_normal(a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
+fn plane(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, f32) {
+    let longest_squared =
+        (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
     let a = a.as_dvec3();
-    (b.as_dvec3() - a).cross(c.as_dvec3() - a).normalize().as_vec3()
+    let cross = (b.as_dvec3() - a).cross(c.as_dvec3() - a);
+    let length = cross.length();
+    ((cross * length.recip()).as_vec3(), clearance(longest_squared, length as f32))
 }
+
+/// Height over a triangle's plane from which no test in f32 says that a ray upwards hits the triangle: infinite for
+/// thin triangles, whose planes f32 does not know well enough.
+///
+/// A test finds the ray's parameter as `(v - o) . m / (d . m)`, `v` a corner and `m` the cross product of two edges.
+/// With `l` the longest edge and `eps = 2^-24`, `m` is off by at most `4 eps l^2`, so that the numerator has the
+/// wrong sign only below the height `4 eps l (1 + l^2 / |m|)`. Twice that is left.
+#[inline]
+fn clearance(longest_squared: f32, cross_length: f32) -> f32 {
+    if longest_squared > MOST_STRETCHED * cross_length || cross_length == 0.0 {
+        return f32::INFINITY;
+    }
+    4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length)
+}
+
+/// The square of a triangle's longest edge over twice its area, above which a triangle is thin.
+const MOST_STRETCHED: f32 = 16.0;
 
 /// The interpolated normal on the viewer's side, bent towards `ng` as little as makes the mirror direction leave
 /// the surface; `ng` itself where the interpolated one faces away from the viewer.
@@ -114,8 +139,7 @@ impl SurfaceInteraction {
     /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6).
     #[inline]
     pub fn spawn(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
-        let leaves_above = wi.dot(self.at.ng) >= 0.0;
-        let side = if leaves_above { self.at.ng } else { -self.at.ng };
+        let (leaves_above, side) = self.side(wi);
         let skip = match self_hit {
             SelfHit::Geometry => Skip::Geometry(self.geom_id),
             // A ray that goes into a sphere must meet its far side.
@@ -125,6 +149,28 @@ impl SurfaceInteraction {
             SelfHit::Primitive | SelfHit::Offset => Skip::None,
         };
         Ray { origin: self.p + side * self.p_error, t_min: 0.0, dir: wi, t_max, skip }
+    }
+
+    /// A ray for which it only counts whether anything lies on it.
+    ///
+    /// As [`spawn`](Self::spawn), but where a little more distance from the surface does as well as the rule of
+    /// [`SelfHit::Primitive`], it has that instead: accelerators answer rays without a rule faster.
+    #[inline]
+    pub fn spawn_shadow(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
+        let ray = self.spawn(wi, t_max, self_hit);
+        if self_hit != SelfHit::Primitive || self.clearance == f32::INFINITY {
+            return ray;
+        }
+        // What starts nearer to a light must end as much earlier.
+        let origin = self.p + self.side(wi).1 * (self.p_error + self.clearance);
+        Ray { origin, t_max: (t_max - self.clearance).max(0.0), skip: Skip::None, ..ray }
+    }
+
+    /// Whether `wi` leaves on the viewer's side, and the geometric normal on `wi`'s side.
+    #[inline]
+    fn side(&self, wi: Vec3) -> (bool, Vec3) {
+        let above = wi.dot(self.at.ng) >= 0.0;
+        (above, if above { self.at.ng } else { -self.at.ng })
     }
 }
 

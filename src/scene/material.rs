@@ -113,8 +113,23 @@ impl Material {
         self.diffuse.is_some() || self.specular != Specular::None
     }
 
+    /// The lobes at every point, if they are the same everywhere.
+    pub fn uniform_bsdf(&self) -> Option<Bsdf> {
+        let specular = match &self.specular {
+            Specular::None => [None; 2],
+            Specular::Mirror(texture)
+            | Specular::CosinePower { reflectance: texture, .. }
+            | Specular::Conductor { reflectance: texture, .. }
+            | Specular::Plastic { base: texture, .. } => [Some(texture), None],
+            Specular::Dielectric { reflectance, transmittance, .. } => {
+                [Some(reflectance), Some(transmittance)]
+            }
+        };
+        let mut textures = self.diffuse.iter().chain(specular.into_iter().flatten());
+        textures.all(|texture| matches!(texture, Texture::Constant(_))).then(|| self.bsdf(Vec3::ZERO))
+    }
+
     /// The lobes at a point of the unit world.
-    #[inline]
     pub fn bsdf(&self, p: Vec3) -> Bsdf {
         let mut bsdf = Bsdf::BLACK;
         if let Some(diffuse) = &self.diffuse {

@@ -23,7 +23,7 @@ pub use load::{Format, GeometryCache, Location, Override, SceneError, load, load
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
 pub use preset::Preset;
-pub use settings::{AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
+pub use settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
 pub use world::World;
 
 use crate::core::Rgb;

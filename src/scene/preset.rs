@@ -39,6 +39,8 @@ impl Preset {
             direct_light: DirectLight::Mis,
             diffuse_bounces: false,
             highlights: false,
+            clamp_indirect: None,
+            aovs: vec![],
             occlusion: Occlusion::Exact,
             sampler: SamplerKind::Sobol,
             seed: 0,

@@ -96,6 +96,23 @@ pub enum DirectLight {
     Lobe,
 }
 
+/// A picture beside the picture: what denoisers and compositors ask for, from the same pass.
+///
+/// What a pixel shows in a mirror or in a sharp glossy surface is described instead of the mirror.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Aov {
+    /// Fraction of light that the surface reflects, times the colours of the mirrors before it: `Albedo.{R,G,B}`.
+    Albedo,
+    /// Shading normal on the viewer's side, in the scene's axes: `N.{X,Y,Z}`.
+    Normal,
+    /// Length of the way from the camera, by way of the mirrors, in the scene's units: `Depth.Z`.
+    Depth,
+    /// Estimated variance of the pixel's value (that of one sample over the number of samples):
+    /// `Variance.{R,G,B}`.
+    Variance,
+}
+
 /// How much of what hides the environment a glossy reflection heeds.
 ///
 /// All but [`Exact`](Self::Exact) are approximations of cosine-power lobes: no ray is traced along the lobe; the reflection is that of the
@@ -149,6 +166,13 @@ pub struct Settings {
     /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
     /// the lecture has it, and point and directional lights, which no ray can hit, do not shine on it.
     pub highlights: bool,
+    /// Light that was reflected more than once brings a sample no more than this much radiance per way that it took
+    /// (the largest channel; the colour is kept). Biased: darker, without the bright dots of rare ways. Off by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clamp_indirect: Option<f32>,
+    /// Pictures beside the picture.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub aovs: Vec<Aov>,
     /// What glossy reflections of the environment heed; said where it is an approximation.
     #[serde(skip_serializing_if = "Occlusion::is_exact")]
     pub occlusion: Occlusion,
@@ -170,6 +194,8 @@ impl Default for Settings {
             direct_light: DirectLight::default(),
             diffuse_bounces: true,
             highlights: true,
+            clamp_indirect: None,
+            aovs: vec![],
             occlusion: Occlusion::default(),
             sampler: SamplerKind::default(),
             seed: 0,

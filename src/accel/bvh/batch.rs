@@ -5,7 +5,7 @@
 
 use super::data::Hierarchy;
 use super::packet::{self, PACKET, Packet};
-use super::ray::{Best, Prepared};
+use super::ray::{Best, Prepared, Weights};
 use super::simd::{Kernel, Simd};
 use super::single::{self, Stack};
 use super::stream::{STREAM, Stream};
@@ -46,15 +46,15 @@ impl Kernel for Closest<'_> {
             Grouping::Groups(Coherence::Incoherent) if S::BATCHES && rays.len() >= LEAST_BATCH => {
                 let mut stream = Stream::new();
                 for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
-                    in_streams::<S, false>(simd, data, rays, &mut stream, |i, ray, best| {
-                        hits[i] = ray.and_then(|ray| best.hit(ray));
+                    in_streams::<S, false>(simd, data, rays, &mut stream, |i, ray, best, weights| {
+                        hits[i] = best.hit(data, ray, weights);
                     });
                 }
             }
             _ => {
-                let mut stack = Stack::new();
+                let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
                 for (ray, hit) in rays.iter().zip(hits) {
-                    *hit = closest(simd, data, ray, &mut stack);
+                    *hit = closest(simd, data, ray, &mut stack, &mut weights);
                 }
             }
         }
@@ -78,33 +78,42 @@ impl Kernel for Any<'_> {
         if S::BATCHES && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
             let mut stream = Stream::new();
             for (rays, occluded) in rays.chunks(BATCH).zip(occluded.chunks_mut(BATCH)) {
-                in_streams::<S, true>(simd, data, rays, &mut stream, |i, _, best| {
+                in_streams::<S, true>(simd, data, rays, &mut stream, |i, _, best, _| {
                     occluded[i] = best.is_hit()
                 });
             }
             return;
         }
-        let mut stack = Stack::new();
+        let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = Prepared::new(ray).is_some_and(|ray| {
-                let none = Best::none(ray.t_max);
-                single::traverse::<S, true>(simd, data, &ray, &mut stack, data.root, none).is_hit()
-            });
+            let ray = Prepared::new(ray);
+            let none = Best::none(ray.t_max);
+            *occluded =
+                single::traverse::<S, true>(simd, data, &ray, &mut stack, data.root, none, &mut weights)
+                    .is_hit();
         }
     }
 }
 
 /// Closest hit of one ray.
 #[inline(always)]
-fn closest<S: Simd>(simd: S, data: &Hierarchy, ray: &Ray, stack: &mut Stack) -> Option<Hit> {
-    let ray = Prepared::new(ray)?;
-    single::traverse::<S, false>(simd, data, &ray, stack, data.root, Best::none(ray.t_max)).hit(&ray)
+fn closest<S: Simd>(
+    simd: S,
+    data: &Hierarchy,
+    ray: &Ray,
+    stack: &mut Stack,
+    weights: &mut Weights,
+) -> Option<Hit> {
+    let ray = Prepared::new(ray);
+    let none = Best::none(ray.t_max);
+    let best = single::traverse::<S, false>(simd, data, &ray, stack, data.root, none, weights);
+    best.hit(data, &ray, weights)
 }
 
 /// Closest hits in packets, and singly where the rays are not coherent after all.
 #[inline(always)]
 fn closest_packets<S: Simd>(simd: S, data: &Hierarchy, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    let mut stack = Stack::new();
+    let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
     for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
         if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
             && let Some(packet) = Packet::new(simd, data, rays)
@@ -113,7 +122,7 @@ fn closest_packets<S: Simd>(simd: S, data: &Hierarchy, rays: &[Ray], hits: &mut 
             continue;
         }
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = closest(simd, data, ray, &mut stack);
+            *hit = closest(simd, data, ray, &mut stack, &mut weights);
         }
     }
 }
@@ -125,29 +134,19 @@ fn in_streams<S: Simd, const ANY: bool>(
     data: &Hierarchy,
     rays: &[Ray],
     stream: &mut Stream,
-    mut answer: impl FnMut(usize, Option<&Prepared>, &Best),
+    mut answer: impl FnMut(usize, &Prepared, &Best, &Weights),
 ) {
     let mut order = [0u16; BATCH];
     let starts = bin_by_octant(rays, &mut order);
     for octant in 0..8 {
         for group in order[starts[octant]..starts[octant + 1]].chunks(STREAM) {
-            let mut members = [0u16; STREAM];
             stream.clear();
             for &i in group {
-                match Prepared::new(&rays[i as usize]) {
-                    Some(ray) => {
-                        members[stream.rays.len() % STREAM] = i;
-                        stream.push(ray);
-                    }
-                    None => answer(i as usize, None, &Best::none(0.0)),
-                }
-            }
-            if stream.rays.is_empty() {
-                continue;
+                stream.push(Prepared::new(&rays[i as usize]));
             }
             stream.traverse::<S, ANY>(simd, data);
-            for (&i, (ray, best)) in members.iter().zip(stream.rays.iter().zip(&stream.best)) {
-                answer(i as usize, Some(ray), best);
+            for (lane, &i) in group.iter().enumerate() {
+                answer(i as usize, &stream.rays[lane], &stream.best[lane], &stream.weights[lane]);
             }
         }
     }

@@ -96,11 +96,49 @@ impl Child {
     }
 }
 
+/// Where a primitive is: its block and lane, and a bit for spheres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(super) struct Place(pub(super) u32);
+
+impl Place {
+    const SPHERE: u32 = 1 << 31;
+
+    /// Nowhere.
+    pub(super) const NONE: Self = Self(u32::MAX);
+
+    #[inline(always)]
+    pub(super) fn triangle(block: usize, lane: usize) -> Self {
+        Self((block * BLOCK + lane) as u32)
+    }
+
+    pub(super) fn sphere(block: usize, lane: usize) -> Self {
+        Self(Self::triangle(block, lane).0 | Self::SPHERE)
+    }
+
+    #[inline(always)]
+    pub(super) fn is_sphere(self) -> bool {
+        self.0 & Self::SPHERE != 0
+    }
+
+    /// Index of the block.
+    #[inline(always)]
+    pub(super) fn block(self) -> usize {
+        (self.0 & !Self::SPHERE) as usize / BLOCK
+    }
+
+    #[inline(always)]
+    pub(super) fn lane(self) -> usize {
+        self.0 as usize % BLOCK
+    }
+}
+
 /// Eight children and their boxes.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// `planes[axis][0]` the least coordinates, `planes[axis][1]` the greatest; `+inf, -inf` for no child.
+    /// `planes[axis][0]` the least coordinates, `planes[axis][1]` the greatest, with [`SLACK`](super::ray::SLACK);
+    /// `+inf, -inf` for no child.
     pub(super) planes: [[[f32; WIDTH]; 2]; 3],
     /// The children; `EMPTY` for no child.
     pub(super) children: [Child; WIDTH],
@@ -177,6 +215,19 @@ pub(super) struct Hierarchy {
 }
 
 impl Hierarchy {
+    /// Geometry and primitive at a place; greater than all for none.
+    #[inline(always)]
+    pub(super) fn ids(&self, place: Place) -> (u32, u32) {
+        let (block, lane) = (place.block(), place.lane());
+        if place == Place::NONE {
+            (NO_ID, NO_ID)
+        } else if place.is_sphere() {
+            (self.spheres[block].geom_ids[lane], self.spheres[block].prim_ids[lane])
+        } else {
+            (self.triangles[block].geom_ids[lane], self.triangles[block].prim_ids[lane])
+        }
+    }
+
     /// Bytes of the arrays.
     pub(super) fn memory_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()

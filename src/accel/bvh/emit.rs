@@ -2,6 +2,8 @@
 
 use super::binning::{Bounds, Ref};
 use super::data::{BLOCK, Child, Hierarchy, Node, SphereBlock, TriangleBlock, WIDTH};
+use super::huge;
+use super::ray::SLACK;
 use crate::geometry::Shape;
 use glam::Vec4Swizzles;
 
@@ -24,9 +26,10 @@ impl Piece {
     pub(super) fn set_node(&mut self, index: usize, bounds: &[Bounds], children: &[Child]) {
         let node = &mut self.nodes[index];
         for (slot, (bounds, &child)) in bounds.iter().zip(children).enumerate() {
+            let slack = SLACK * bounds.lo.abs().max(bounds.hi.abs()).xyz().max_element();
             for (axis, planes) in node.planes.iter_mut().enumerate() {
-                planes[0][slot] = bounds.lo[axis];
-                planes[1][slot] = bounds.hi[axis];
+                planes[0][slot] = bounds.lo[axis] - slack;
+                planes[1][slot] = bounds.hi[axis] + slack;
             }
             node.children[slot] = child;
         }
@@ -119,9 +122,9 @@ impl Tree {
     pub(super) fn assemble(self, extent: f32) -> Hierarchy {
         let [nodes, triangles, spheres] = self.sizes();
         let mut all = Piece {
-            nodes: Vec::with_capacity(nodes),
-            triangles: Vec::with_capacity(triangles),
-            spheres: Vec::with_capacity(spheres),
+            nodes: huge::vec_with_capacity(nodes),
+            triangles: huge::vec_with_capacity(triangles),
+            spheres: huge::vec_with_capacity(spheres),
         };
         let root = self.append_to(&mut all);
         let Piece { nodes, triangles, spheres } = all;

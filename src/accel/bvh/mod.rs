@@ -12,6 +12,7 @@ mod builder;
 mod data;
 mod emit;
 mod exactly;
+mod huge;
 mod packet;
 mod ray;
 mod simd;
@@ -29,17 +30,21 @@ use crate::geometry::Shape;
 use batch::{Any, Closest, Grouping};
 use data::{Child, Hierarchy};
 use simd::Available;
+use std::sync::Arc;
 use std::time::Instant;
 
-/// The hierarchy.
+/// The hierarchy. A clone shares it.
 ///
-/// `robust` of the options is always on, since it costs nothing here; `compact` changes nothing, since the
-/// structure is smaller than Embree's fast one as it is.
+/// Rays are always watertight, since that costs nothing here; without `robust` in the options hits are as f32 finds
+/// them. `compact` changes nothing, since the structure is smaller than Embree's fast one as it is.
+#[derive(Clone)]
 pub struct Bvh {
-    data: Hierarchy,
+    data: Arc<Hierarchy>,
     /// What the hierarchy is over: an answer's numbers come from the primitive itself.
     shapes: Vec<Shape>,
     isa: Available,
+    /// Whether hits are computed anew in f64.
+    exact: bool,
     single_rays: bool,
     build_seconds: f64,
 }
@@ -63,7 +68,14 @@ impl Bvh {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
         }
         let build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { data, shapes: shapes.to_vec(), isa: Available::best(), single_rays: false, build_seconds })
+        Ok(Self {
+            data: Arc::new(data),
+            shapes: shapes.to_vec(),
+            isa: Available::best(),
+            exact: options.robust,
+            single_rays: false,
+            build_seconds,
+        })
     }
 
     /// The same hierarchy traversed by another instruction set, or `None` if this processor lacks it. For tests and
@@ -114,6 +126,9 @@ impl Accelerator for Bvh {
     fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
         self.isa.run(Closest { data: &self.data, grouping: self.grouping(coherence), rays, hits });
+        if !self.exact {
+            return;
+        }
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = hit.and_then(|hit| self.polish(ray, hit));
         }

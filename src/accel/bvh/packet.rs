@@ -4,12 +4,15 @@
 //! visits whatever one of the rays would visit (Overbeck, Ramamoorthi and Mark 2008, "Large Ray Packets for Real-time
 //! Whitted Ray Tracing", as the packets of Embree do it). The triangle test is the one of a single ray, lane by lane.
 
-use super::data::{BLOCK, Child, Hierarchy, Node, TriangleBlock};
-use super::ray::{AXES, Best, CULL_INFLATION, EXIT_INFLATION, GREATEST_LENGTH, LEAST_LENGTH, Prepared};
+use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place, TriangleBlock};
+use super::ray::{
+    AXES, Best, CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, Prepared, SLACK, Weights,
+    comes_first,
+};
 use super::simd::{Lanes, Mask, Simd};
 use super::single::{Stack, edge_on_lanes, pop, push_sorted};
 use super::{sphere, triangle};
-use crate::core::{Hit, Ray};
+use crate::core::{Hit, Ray, Skip};
 
 /// Rays of a packet.
 pub(super) const PACKET: usize = 8;
@@ -26,18 +29,20 @@ pub(super) struct Packet<F> {
     sign: [usize; 3],
     frustum: Frustum<F>,
     origin: [F; 3],
-    neg_rcp: [F; 3],
+    rcp: [F; 3],
     shear: triangle::Shear<F>,
     t_min: F,
-    t: F,
+    t_max: F,
+    /// Whether one of the rays has a skip rule.
+    has_rules: bool,
 }
 
-/// The slab test's constants: for entries and for exits, by axis.
+/// Bounds of the rays' slab tests, by axis: entries at `plane * near_rcp - near`, exits at `plane * far_rcp - far`.
 struct Frustum<F> {
-    near_origin: [F; 3],
-    near_neg_rcp: [F; 3],
-    far_origin: [F; 3],
-    far_neg_rcp: [F; 3],
+    near_rcp: [F; 3],
+    near: [F; 3],
+    far_rcp: [F; 3],
+    far: [F; 3],
     t_min: F,
 }
 
@@ -72,12 +77,13 @@ impl<F: Lanes<PACKET>> Packet<F> {
         }
 
         // One octant and one fastest axis for all.
-        let neg_rcp = dir.map(|d| simd.splat8(-1.0) / d);
+        let greatest = simd.splat8(GREATEST_RECIPROCAL);
+        let rcp = dir.map(|d| (simd.splat8(1.0) / d).min(greatest).max(zero - greatest));
         let mut sign = [0; 3];
-        for (sign, r) in sign.iter_mut().zip(neg_rcp) {
+        for (sign, r) in sign.iter_mut().zip(rcp) {
             *sign = match r.le(zero).bits() {
-                0xff => 0,
-                0 => 1,
+                0 => 0,
+                0xff => 1,
                 _ => return None,
             };
         }
@@ -94,7 +100,7 @@ impl<F: Lanes<PACKET>> Packet<F> {
         }
 
         // Close together.
-        let z = zero - neg_rcp[fastest];
+        let z = rcp[fastest];
         let shear = [dir[axes[0]] * z, dir[axes[1]] * z, z];
         let is_narrow = |v: F, spread: f32| {
             let (least, greatest) = range(v);
@@ -109,12 +115,13 @@ impl<F: Lanes<PACKET>> Packet<F> {
         Some(Self {
             axes,
             sign,
-            frustum: Frustum::new(simd, sign, origins, neg_rcp, range(t_min).0),
+            frustum: Frustum::new(simd, sign, origins, rcp, range(t_min).0),
             origin,
-            neg_rcp,
+            rcp,
             shear: triangle::Shear { origin: [origin[axes[0]], origin[axes[1]], origin[axes[2]]], shear },
             t_min,
-            t: t_max,
+            t_max: t_max.min(simd.splat8(f32::MAX)),
+            has_rules: rays.iter().any(|ray| ray.skip != Skip::None),
         })
     }
 }
@@ -126,28 +133,24 @@ impl<F: Lanes<PACKET>> Frustum<F> {
         simd: S,
         sign: [usize; 3],
         origins: [(f32, f32); 3],
-        neg_rcp: [F; 3],
+        rcp: [F; 3],
         t_min: f32,
     ) -> Self {
         let zero = simd.splat8(0.0);
-        let mut frustum = Self {
-            near_origin: [zero; 3],
-            near_neg_rcp: [zero; 3],
-            far_origin: [zero; 3],
-            far_neg_rcp: [zero; 3],
-            t_min: simd.splat8(t_min),
-        };
+        let [near_rcp, near, far_rcp, far] = [[zero; 3]; 4];
+        let mut frustum = Self { near_rcp, near, far_rcp, far, t_min: simd.splat8(t_min) };
+        let slack = SLACK * origins.iter().fold(0.0f32, |most, o| most.max(o.0.abs()).max(o.1.abs()));
         for axis in 0..3 {
-            let ((first, last), (least, greatest)) = (origins[axis], range(neg_rcp[axis]));
+            let ((first, last), (least, greatest)) = (origins[axis], range(rcp[axis]));
             let (near, far) = if sign[axis] == 0 {
-                ((last, greatest), (first, least))
+                ((last, least), (first, greatest))
             } else {
-                ((first, least), (last, greatest))
+                ((first, greatest), (last, least))
             };
-            frustum.near_origin[axis] = simd.splat8(near.0);
-            frustum.near_neg_rcp[axis] = simd.splat8(near.1);
-            frustum.far_origin[axis] = simd.splat8(far.0);
-            frustum.far_neg_rcp[axis] = simd.splat8(far.1 * EXIT_INFLATION);
+            frustum.near_rcp[axis] = simd.splat8(near.1);
+            frustum.near[axis] = simd.splat8(near.0 * near.1 + slack * near.1.abs());
+            frustum.far_rcp[axis] = simd.splat8(far.1);
+            frustum.far[axis] = simd.splat8(far.0 * far.1 - slack * far.1.abs());
         }
         frustum
     }
@@ -156,12 +159,10 @@ impl<F: Lanes<PACKET>> Frustum<F> {
     /// the slab test of a single ray.
     #[inline(always)]
     fn enter<S: Simd<F8 = F>>(&self, simd: S, sign: [usize; 3], node: &Node, t_max: f32) -> (F, u32) {
-        let near = |k: usize| {
-            (self.near_origin[k] - simd.load8(&node.planes[k][sign[k] & 1])) * self.near_neg_rcp[k]
-        };
-        let far = |k: usize| {
-            (self.far_origin[k] - simd.load8(&node.planes[k][sign[k] & 1 ^ 1])) * self.far_neg_rcp[k]
-        };
+        let near =
+            |k: usize| simd.load8(&node.planes[k][sign[k] & 1]).mul_sub(self.near_rcp[k], self.near[k]);
+        let far =
+            |k: usize| simd.load8(&node.planes[k][sign[k] & 1 ^ 1]).mul_sub(self.far_rcp[k], self.far[k]);
         let entry = near(0).max(near(1)).max(near(2).max(self.t_min));
         let exit = far(0).min(far(1)).min(far(2).min(simd.splat8(t_max)));
         (entry, entry.le(exit).bits())
@@ -171,11 +172,18 @@ impl<F: Lanes<PACKET>> Frustum<F> {
 /// What the eight rays have hit so far.
 struct Found<F> {
     t: F,
+    /// See [`Weights`].
     v: F,
     w: F,
     det: F,
-    /// Geometry and primitive; `NO_ID` for nothing.
-    ids: [(u32, u32); PACKET],
+    /// The bits of each [`Place`].
+    places: F,
+}
+
+impl<F: Lanes<PACKET>> Found<F> {
+    fn place(&self, lane: usize) -> Place {
+        Place(self.places.to_array()[lane].to_bits())
+    }
 }
 
 /// Closest hits of a packet.
@@ -188,15 +196,9 @@ pub(super) fn traverse<S: Simd>(
     stack: &mut Stack,
     hits: &mut [Option<Hit>],
 ) {
-    let nothing = Best::none(0.0);
     let zero = simd.splat8(0.0);
-    let mut found = Found {
-        t: packet.t,
-        v: zero,
-        w: zero,
-        det: simd.splat8(1.0),
-        ids: [(nothing.geom_id, nothing.prim_id); PACKET],
-    };
+    let nowhere = simd.splat8(f32::from_bits(Place::NONE.0));
+    let mut found = Found { t: packet.t_max, v: zero, w: zero, det: zero, places: nowhere };
     let mut limit = range(found.t).1 * CULL_INFLATION;
     let mut top = 0;
     let mut current = data.root;
@@ -224,10 +226,13 @@ pub(super) fn traverse<S: Simd>(
         }
     }
 
-    let (t, u, v) = (found.t.to_array(), (found.v / found.det).to_array(), (found.w / found.det).to_array());
+    let [t, u, v] = [found.t, found.v / found.det, found.w / found.det].map(Lanes::to_array);
+    let places = found.places.to_array().map(|bits| Place(bits.to_bits()));
     for (i, hit) in hits.iter_mut().enumerate().take(PACKET) {
-        let (geom_id, prim_id) = found.ids[i];
-        *hit = (geom_id != nothing.geom_id).then_some(Hit { t: t[i], u: u[i], v: v[i], geom_id, prim_id });
+        *hit = (places[i] != Place::NONE).then(|| {
+            let (geom_id, prim_id) = data.ids(places[i]);
+            Hit { t: t[i], u: u[i], v: v[i], geom_id, prim_id }
+        });
     }
 }
 
@@ -244,55 +249,69 @@ fn leaf<S: Simd>(
     let mut improved = false;
     if leaf.is_spheres() {
         for lane in 0..PACKET {
-            improved |= one_by_one(simd, rays, found, lane, |ray, best| {
-                sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best)
+            improved |= one_by_one(simd, rays, found, lane, |ray, best, weights| {
+                sphere::intersect_leaf(data, ray, leaf, best, weights)
             });
         }
         return improved;
     }
-    for block in &data.triangles[leaf.blocks()] {
+    for (i, block) in data.triangles[leaf.blocks()].iter().enumerate() {
         for lane in 0..BLOCK {
-            let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-            let corners = splat_triangle(simd, packet.axes, block, lane);
-            let crossing = triangle::cross(&packet.shear, &corners);
+            if block.geom_ids[lane] == NO_ID {
+                break;
+            }
+            let crossing = triangle::cross(&packet.shear, &splat_triangle(simd, packet.axes, block, lane));
             if crossing.inside.bits() == 0 {
                 continue;
             }
+            let mut t = crossing.distance(&packet.shear);
             let axis = usize::from(block.flat_axes[lane]);
-            let t = if axis < 3 {
+            if axis < 3 {
                 let plane = simd.splat8(block.corners[0][axis][lane]);
-                crossing.flat_distance(&packet.shear, packet.origin[axis], plane, packet.neg_rcp[axis])
-            } else {
-                crossing.distance(&packet.shear)
-            };
-            let (valid, edge_on) = (crossing.hits(t, packet.t_min, found.t), crossing.edge_on());
-            let mut accepted = 0;
-            let (new, old) = (t.to_array(), found.t.to_array());
-            let mut lanes = valid;
-            while lanes != 0 {
-                let i = lanes.trailing_zeros() as usize % PACKET;
-                lanes &= lanes - 1;
-                let better = new[i] < old[i] || (geom_id, prim_id) < found.ids[i];
-                if better && !rays[i].skip.rejects(geom_id, prim_id) {
-                    found.ids[i] = (geom_id, prim_id);
-                    accepted |= 1 << i;
-                }
+                let flat =
+                    crossing.flat_distance(&packet.shear, packet.origin[axis], plane, packet.rcp[axis]);
+                t = flat.select(crossing.is_blurred(&packet.shear, t), t);
             }
-            if accepted != 0 {
+            let place = Place::triangle(leaf.first() + i, lane);
+            let mut hits = crossing.hits(t, packet.t_min, found.t);
+            let ties = hits.bits() & !t.ne(found.t).bits();
+            if ties != 0 || packet.has_rules {
+                hits = simd.mask8(accepted(data, rays, found, hits.bits(), ties, place));
+            }
+            if hits.bits() != 0 {
                 improved = true;
-                let mask = simd.mask8(accepted);
-                found.t = t.select(mask, found.t);
-                found.v = crossing.v.select(mask, found.v);
-                found.w = crossing.w.select(mask, found.w);
-                found.det = crossing.det.select(mask, found.det);
+                found.t = t.select(hits, found.t);
+                found.v = crossing.v.select(hits, found.v);
+                found.w = crossing.w.select(hits, found.w);
+                found.det = crossing.det.select(hits, found.det);
+                found.places = simd.splat8(f32::from_bits(place.0)).select(hits, found.places);
             }
-            for i in (0..PACKET).filter(|i| edge_on >> i & 1 == 1) {
-                improved |=
-                    one_by_one(simd, rays, found, i, |ray, best| edge_on_lanes(ray, block, 1 << lane, best));
+            let edge_on = crossing.edge_on();
+            for ray in (0..PACKET).filter(|ray| edge_on >> ray & 1 == 1) {
+                improved |= one_by_one(simd, rays, found, ray, |ray, best, weights| {
+                    edge_on_lanes(data, ray, leaf.first() + i, 1 << lane, best, weights)
+                });
             }
         }
     }
     improved
+}
+
+/// Those of the `hits` on a primitive that no rule rejects and that, where they are `ties`, have the smaller ids.
+#[cold]
+#[inline(never)]
+fn accepted<F: Lanes<PACKET>>(
+    data: &Hierarchy,
+    rays: &[Ray; PACKET],
+    found: &Found<F>,
+    hits: u32,
+    ties: u32,
+    place: Place,
+) -> u32 {
+    let (geom_id, prim_id) = data.ids(place);
+    let is_better = |i: &usize| ties >> i & 1 == 0 || comes_first(data, place, found.place(*i));
+    let lanes = (0..PACKET).filter(|i| hits >> i & 1 == 1).filter(is_better);
+    lanes.filter(|&i| !rays[i].skip.rejects(geom_id, prim_id)).fold(0, |bits, i| bits | 1 << i)
 }
 
 /// One triangle of a block in all lanes.
@@ -318,21 +337,19 @@ fn one_by_one<S: Simd>(
     rays: &[Ray; PACKET],
     found: &mut Found<S::F8>,
     lane: usize,
-    find: impl FnOnce(&Prepared, Best) -> Best,
+    find: impl FnOnce(&Prepared, Best, &mut Weights) -> Best,
 ) -> bool {
-    let Some(ray) = Prepared::new(&rays[lane]) else { return false };
-    let (mut t, mut v, mut w, mut det) =
-        (found.t.to_array(), found.v.to_array(), found.w.to_array(), found.det.to_array());
-    let (geom_id, prim_id) = found.ids[lane];
-    let before = Best { geom_id, prim_id, ..Best::none(t[lane]) };
-    let after = find(&ray, before);
-    if (after.t, after.geom_id, after.prim_id) == (before.t, geom_id, prim_id) {
+    let before = Best { t: found.t.to_array()[lane], place: found.place(lane) };
+    let mut weights = Weights::NONE;
+    let after = find(&Prepared::new(&rays[lane]), before, &mut weights);
+    if after.place == before.place {
         return false;
     }
-    let [new_v, new_w, new_det] = after.weights;
-    (t[lane], v[lane], w[lane], det[lane]) = (after.t, new_v, new_w, new_det);
-    found.ids[lane] = (after.geom_id, after.prim_id);
-    (found.t, found.v) = (simd.load8(&t), simd.load8(&v));
-    (found.w, found.det) = (simd.load8(&w), simd.load8(&det));
+    let only = simd.mask8(1 << lane);
+    found.t = simd.splat8(after.t).select(only, found.t);
+    let [v, w, det] = weights.0.map(|lanes| simd.splat8(lanes[after.place.lane()]));
+    (found.v, found.w) = (v.select(only, found.v), w.select(only, found.w));
+    found.det = det.select(only, found.det);
+    found.places = simd.splat8(f32::from_bits(after.place.0)).select(only, found.places);
     true
 }

@@ -4,7 +4,7 @@
 //! [`Isa::run`] is inlined into a function with the right `#[target_feature]`. A vector of a set can only be made
 //! by that set's token, and a token only by [`Isa::run`] after detection: that is why the operations are safe.
 //!
-//! Every operation gives the same bits on every set; there is no fused multiply-add, which would not.
+//! Every operation gives the same bits on every set but [`Lanes::mul_sub`], which is for bounds alone.
 
 #![allow(unsafe_code)] // Intrinsics: the reasons are at the blocks.
 
@@ -132,6 +132,8 @@ pub(super) trait Lanes<const N: usize>:
     fn min(self, other: Self) -> Self;
     /// `self > other ? self : other`: the other where either is NaN.
     fn max(self, other: Self) -> Self;
+    /// `self * factor - other` with one rounding or two, whichever is faster.
+    fn mul_sub(self, factor: Self, other: Self) -> Self;
     /// `self <= other`, false for NaN.
     fn le(self, other: Self) -> Self::Mask;
     /// `self != other`, true for NaN.
@@ -270,6 +272,10 @@ impl<const N: usize> Lanes<N> for Array<N> {
         self
     }
     #[inline(always)]
+    fn mul_sub(self, factor: Self, o: Self) -> Self {
+        self * factor - o
+    }
+    #[inline(always)]
     fn le(self, o: Self) -> Bits {
         self.compare(o, |a, b| a <= b)
     }
@@ -404,6 +410,7 @@ mod x86 {
     macro_rules! lanes {
         ($type:ident, $n:literal, bits |$m:ident| $bits:expr, splat |$x:ident| $splat:expr,
          min |$a0:ident, $b0:ident| $min:expr, max |$a1:ident, $b1:ident| $max:expr,
+         mul_sub |$a2:ident, $f2:ident, $b2:ident| $mul_sub:expr,
          le |$a3:ident, $b3:ident| $le:expr,
          ne |$a4:ident, $b4:ident| $ne:expr, select |$k:ident, $a5:ident, $b5:ident| $select:expr,
          store |$v:ident, $to:ident| $store:expr) => {
@@ -433,6 +440,11 @@ mod x86 {
                     let $a1 = self;
                     // SAFETY: see above the first macro.
                     unsafe { $max }
+                }
+                #[inline(always)]
+                fn mul_sub(self, $f2: Self, $b2: Self) -> Self {
+                    let $a2 = self;
+                    $mul_sub
                 }
                 #[inline(always)]
                 fn le(self, $b3: Self) -> Self {
@@ -468,6 +480,7 @@ mod x86 {
     lanes! { Sse4, 4,
         bits |m| _mm_movemask_ps(m.0) as u32, splat |x| Self(_mm_set1_ps(x)),
         min |a, b| Self(_mm_min_ps(a.0, b.0)), max |a, b| Self(_mm_max_ps(a.0, b.0)),
+        mul_sub |a, f, b| a * f - b,
         le |a, b| Self(_mm_cmple_ps(a.0, b.0)),
         ne |a, b| Self(_mm_cmpneq_ps(a.0, b.0)),
         select |k, a, b| Self(_mm_or_ps(_mm_and_ps(k.0, a.0), _mm_andnot_ps(k.0, b.0))),
@@ -478,6 +491,7 @@ mod x86 {
         splat |x| Self(_mm_set1_ps(x), _mm_set1_ps(x)),
         min |a, b| Self(_mm_min_ps(a.0, b.0), _mm_min_ps(a.1, b.1)),
         max |a, b| Self(_mm_max_ps(a.0, b.0), _mm_max_ps(a.1, b.1)),
+        mul_sub |a, f, b| a * f - b,
         le |a, b| Self(_mm_cmple_ps(a.0, b.0), _mm_cmple_ps(a.1, b.1)),
         ne |a, b| Self(_mm_cmpneq_ps(a.0, b.0), _mm_cmpneq_ps(a.1, b.1)),
         select |k, a, b| Self(
@@ -489,6 +503,8 @@ mod x86 {
     lanes! { Avx8, 8,
         bits |m| _mm256_movemask_ps(m.0) as u32, splat |x| Self(_mm256_set1_ps(x)),
         min |a, b| Self(_mm256_min_ps(a.0, b.0)), max |a, b| Self(_mm256_max_ps(a.0, b.0)),
+        // SAFETY: see above the first macro.
+        mul_sub |a, f, b| Self(unsafe { _mm256_fmsub_ps(a.0, f.0, b.0) }),
         le |a, b| Self(_mm256_cmp_ps::<_CMP_LE_OQ>(a.0, b.0)),
         ne |a, b| Self(_mm256_cmp_ps::<_CMP_NEQ_UQ>(a.0, b.0)),
         select |k, a, b| Self(_mm256_blendv_ps(b.0, a.0, k.0)),

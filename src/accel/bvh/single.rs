@@ -1,9 +1,10 @@
 //! One ray at a time: depth first, nearest child first, hit children prefetched while they are being sorted.
 
-use super::data::{Child, Hierarchy, Node, TriangleBlock};
-use super::ray::{Best, CULL_INFLATION, Prepared};
+use super::data::{Child, Hierarchy, Node, Place};
+use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::simd::{Lanes, Mask, Simd};
 use super::{sphere, triangle};
+use glam::Vec3A;
 
 /// Entries of a traversal stack: the builder bounds the depth so that 7 waiting children a level fit.
 pub(super) const STACK: usize = 256;
@@ -34,51 +35,43 @@ fn entry(distance: f32, child: Child) -> u64 {
     u64::from(distance.to_bits()) << 32 | u64::from(child.0)
 }
 
-/// The slab test's constants over eight lanes.
+/// The slab test's constants over eight lanes: see [`super::ray::Slabs`].
 pub(super) struct Slabs<F> {
-    origin: [F; 3],
-    neg_rcp: [F; 3],
-    neg_rcp_far: [F; 3],
+    rcp: [F; 3],
+    near: [F; 3],
+    far: [F; 3],
     t_min: F,
 }
 
 impl<F: Lanes<8>> Slabs<F> {
     #[inline(always)]
     pub(super) fn new<S: Simd<F8 = F>>(simd: S, ray: &Prepared) -> Self {
-        let [ox, oy, oz] = ray.origin;
-        let [rx, ry, rz] = ray.neg_rcp;
-        let [fx, fy, fz] = ray.neg_rcp_far;
+        let splat3 = |v: Vec3A| [simd.splat8(v.x), simd.splat8(v.y), simd.splat8(v.z)];
         Self {
-            origin: [simd.splat8(ox), simd.splat8(oy), simd.splat8(oz)],
-            neg_rcp: [simd.splat8(rx), simd.splat8(ry), simd.splat8(rz)],
-            neg_rcp_far: [simd.splat8(fx), simd.splat8(fy), simd.splat8(fz)],
+            rcp: splat3(ray.slabs.rcp),
+            near: splat3(ray.slabs.near),
+            far: splat3(ray.slabs.far),
             t_min: simd.splat8(ray.t_min),
         }
     }
 
     /// Entry distances of the eight boxes, and which of them the ray enters before `t_max`.
     ///
-    /// A NaN (a plane that the ray runs in) never stays: `min` and `max` return the right operand if the left one is
-    /// NaN, and the rightmost is a number.
+    /// A NaN (infinity less infinity) never stays: `min` and `max` return the right operand if the left one is NaN,
+    /// and the rightmost is a number.
     #[inline(always)]
     pub(super) fn enter<S: Simd<F8 = F>>(
         &self,
         simd: S,
-        ray: &Prepared,
+        sign: [usize; 3],
         node: &Node,
         t_max: f32,
     ) -> (F, F::Mask) {
-        let [x, y, z] = &node.planes;
-        let [sx, sy, sz] = ray.sign;
-        let near_x = (self.origin[0] - simd.load8(&x[sx & 1])) * self.neg_rcp[0];
-        let near_y = (self.origin[1] - simd.load8(&y[sy & 1])) * self.neg_rcp[1];
-        let near_z = (self.origin[2] - simd.load8(&z[sz & 1])) * self.neg_rcp[2];
-        let far_x = (self.origin[0] - simd.load8(&x[sx & 1 ^ 1])) * self.neg_rcp_far[0];
-        let far_y = (self.origin[1] - simd.load8(&y[sy & 1 ^ 1])) * self.neg_rcp_far[1];
-        let far_z = (self.origin[2] - simd.load8(&z[sz & 1 ^ 1])) * self.neg_rcp_far[2];
-        let near = near_x.max(near_y).max(near_z.max(self.t_min));
-        let far = far_x.min(far_y).min(far_z.min(simd.splat8(t_max)));
-        (near, near.le(far))
+        let near = |k: usize| simd.load8(&node.planes[k][sign[k] & 1]).mul_sub(self.rcp[k], self.near[k]);
+        let far = |k: usize| simd.load8(&node.planes[k][sign[k] & 1 ^ 1]).mul_sub(self.rcp[k], self.far[k]);
+        let entry = near(0).max(near(1)).max(near(2).max(self.t_min));
+        let exit = far(0).min(far(1)).min(far(2).min(simd.splat8(t_max)));
+        (entry, entry.le(exit))
     }
 }
 
@@ -91,16 +84,16 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
     stack: &mut Stack,
     start: Child,
     mut best: Best,
+    weights: &mut Weights,
 ) -> Best {
-    let slabs = Slabs::new(simd, ray);
+    let (slabs, sign) = (Slabs::new(simd, ray), ray.sign());
     let mut limit = best.t * CULL_INFLATION;
-    let shear = triangle::Shear::of_ray(simd, ray);
     let mut top = 0;
     let mut current = start;
     loop {
         'descend: while !current.is_leaf() {
             let node = &data.nodes[current.index()];
-            let (near, enters) = slabs.enter(simd, ray, node, limit);
+            let (near, enters) = slabs.enter(simd, sign, node, limit);
             let mask = enters.bits();
             if mask == 0 {
                 match pop::<ANY>(stack, &mut top, limit) {
@@ -118,7 +111,7 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
             }
         }
 
-        best = intersect_leaf::<S, ANY>(simd, data, ray, &shear, current, best);
+        best = intersect_leaf::<S, ANY>(simd, data, ray, current, best, weights);
         if ANY && best.is_hit() {
             return best;
         }
@@ -219,108 +212,78 @@ fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
 }
 
 /// The best of `best` and the primitives of a leaf; for `ANY`, the first that is better.
-///
-/// The best so far goes through calls by value: a reference to it would keep it in memory, and the ids that one leaf
-/// writes singly and the next reads together would wait for the store buffer.
 #[inline(always)]
 pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
     simd: S,
     data: &Hierarchy,
     ray: &Prepared,
-    shear: &triangle::Shear<S::F4>,
     leaf: Child,
     mut best: Best,
+    weights: &mut Weights,
 ) -> Best {
     if leaf.is_spheres() {
-        return sphere::intersect_leaf(ray, &data.spheres[leaf.blocks()], best);
+        return sphere::intersect_leaf(data, ray, leaf, best, weights);
     }
-    for block in &data.triangles[leaf.blocks()] {
-        let crossing = triangle::cross(shear, &triangle::load_block(simd, ray.axes, block));
-        if crossing.inside.bits() == 0 {
+    let shear = triangle::Shear::of_ray(simd, ray);
+    for (i, block) in data.triangles[leaf.blocks()].iter().enumerate() {
+        let crossing = triangle::cross(&shear, &triangle::load_block(simd, ray.axes, block));
+        let inside = crossing.inside.bits();
+        if inside == 0 {
             continue;
         }
-        let mut t = crossing.distance(shear);
+        let mut t = crossing.distance(&shear);
         if block.any_flat {
-            t = with_flat_distances(simd, ray, shear, &crossing, block, t);
-        }
-        let hits = crossing.hits(t, simd.splat4(ray.t_min), simd.splat4(best.t));
-        if let Some((lane, nearest)) = best_lane(ray, block, &t.to_array(), hits, &best) {
-            best = nearest;
-            if ANY {
-                return best;
+            let blurred = inside & crossing.is_blurred(&shear, t).bits();
+            if blurred != 0 {
+                t = simd.load4(&triangle::with_flat_distances(ray, block, blurred, t.to_array()));
             }
-            best.weights = [crossing.v, crossing.w, crossing.det].map(|lanes| lanes.to_array()[lane]);
+        }
+        let mut hits = crossing.hits(t, simd.splat4(ray.t_min), simd.splat4(best.t)).bits();
+        if hits != 0 {
+            let (t, before) = (t.to_array(), best.place);
+            while hits != 0 {
+                let lane = hits.trailing_zeros() as usize & 3;
+                hits &= hits - 1;
+                let place = Place::triangle(leaf.first() + i, lane);
+                if t[lane] <= best.t && best.loses_to(data, ray, t[lane], place) {
+                    best = Best { t: t[lane], place };
+                }
+            }
+            if !ANY && best.place != before {
+                *weights = Weights([crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()]);
+            }
         }
         let edge_on = crossing.edge_on();
         if edge_on != 0 {
-            best = edge_on_lanes(ray, block, edge_on, best);
+            best = edge_on_lanes(data, ray, leaf.first() + i, edge_on, best, weights);
+        }
+        if ANY && best.is_hit() {
+            break;
         }
     }
     best
 }
 
-/// Distances with those of the flat triangles replaced.
-#[inline(always)]
-fn with_flat_distances<S: Simd>(
-    simd: S,
-    ray: &Prepared,
-    shear: &triangle::Shear<S::F4>,
-    crossing: &triangle::Crossing<S::F4, <S::F4 as Lanes<4>>::Mask>,
-    block: &TriangleBlock,
-    t: S::F4,
-) -> S::F4 {
-    let (mut origin, mut plane, mut neg_rcp) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-    for (lane, &axis) in block.flat_axes.iter().enumerate() {
-        let axis = usize::from(axis);
-        if axis < 3 {
-            (origin[lane], neg_rcp[lane]) = (ray.origin[axis], ray.neg_rcp[axis]);
-            plane[lane] = block.corners[0][axis][lane];
-        }
-    }
-    let flat = crossing.flat_distance(shear, simd.load4(&origin), simd.load4(&plane), simd.load4(&neg_rcp));
-    let (mut t, flat) = (t.to_array(), flat.to_array());
-    for (lane, &axis) in block.flat_axes.iter().enumerate() {
-        if usize::from(axis) < 3 {
-            t[lane] = flat[lane];
-        }
-    }
-    simd.load4(&t)
-}
-
-/// The best of the lanes that hit, if it is better than `best`.
-#[inline(always)]
-fn best_lane(
-    ray: &Prepared,
-    block: &TriangleBlock,
-    t: &[f32; 4],
-    mut hits: u32,
-    best: &Best,
-) -> Option<(usize, Best)> {
-    let mut better = None;
-    let (mut best_t, mut best_ids) = (best.t, (best.geom_id, best.prim_id));
-    while hits != 0 {
-        let lane = hits.trailing_zeros() as usize & 3;
-        hits &= hits - 1;
-        let (t, ids) = (t[lane], (block.geom_ids[lane], block.prim_ids[lane]));
-        if (t < best_t || t == best_t && ids < best_ids) && !ray.skip.rejects(ids.0, ids.1) {
-            (best_t, best_ids) = (t, ids);
-            better = Some((lane, Best { t, geom_id: ids.0, prim_id: ids.1, ..*best }));
-        }
-    }
-    better
-}
-
 /// The lanes whose edge functions vanish in f32: seldom, and by way of f64.
 #[cold]
 #[inline(never)]
-pub(super) fn edge_on_lanes(ray: &Prepared, block: &TriangleBlock, lanes: u32, mut best: Best) -> Best {
+pub(super) fn edge_on_lanes(
+    data: &Hierarchy,
+    ray: &Prepared,
+    index: usize,
+    lanes: u32,
+    mut best: Best,
+    weights: &mut Weights,
+) -> Best {
     for lane in (0..4).filter(|lane| lanes >> lane & 1 == 1) {
-        if let Some((t, v, w)) = triangle::solve_edge_on(ray, block, lane)
+        let place = Place::triangle(index, lane);
+        if let Some((t, v, w)) = triangle::solve_edge_on(ray, &data.triangles[index], lane)
             && t >= ray.t_min
             && t <= best.t
-            && let Some((_, better)) = best_lane(ray, block, &[t; 4], 1 << lane, &best)
+            && best.loses_to(data, ray, t, place)
         {
-            best = Best { weights: [v, w, 1.0], ..better };
+            best = Best { t, place };
+            *weights = Weights([[v; 4], [w; 4], [1.0; 4]]);
         }
     }
     best

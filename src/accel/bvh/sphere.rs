@@ -1,13 +1,13 @@
 //! The one ray-sphere test of every path, in f64: spheres are few, and far or large ones cancel badly in f32.
 
-use super::data::{BLOCK, NO_ID, SphereBlock};
-use super::ray::{Best, Prepared};
+use super::data::{BLOCK, Child, Hierarchy, NO_ID, Place};
+use super::ray::{Best, Prepared, Weights};
 use glam::{DVec3, Vec3};
 
 /// First parameter in `[t_min, t_max]` at which the ray meets the sphere's surface.
 fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f32> {
     let d = ray.dir().as_dvec3();
-    let to_center: DVec3 = center.as_dvec3() - Vec3::from(ray.origin).as_dvec3();
+    let to_center: DVec3 = center.as_dvec3() - ray.origin.as_dvec3();
     let length_squared = d.length_squared();
 
     // The discriminant from the point of the line that is closest to the centre (Haines et al. 2019, "Precision
@@ -27,19 +27,25 @@ fn first_root(ray: &Prepared, center: Vec3, radius: f32, t_max: f32) -> Option<f
 /// The best of `best` and the spheres of a leaf. Out of line, so that rays that meet no sphere do not prepare for
 /// them.
 #[inline(never)]
-pub(super) fn intersect_leaf(ray: &Prepared, blocks: &[SphereBlock], mut best: Best) -> Best {
-    for block in blocks {
+pub(super) fn intersect_leaf(
+    data: &Hierarchy,
+    ray: &Prepared,
+    leaf: Child,
+    mut best: Best,
+    weights: &mut Weights,
+) -> Best {
+    for index in leaf.blocks() {
+        let block = &data.spheres[index];
         for lane in 0..BLOCK {
-            let (geom_id, prim_id) = (block.geom_ids[lane], block.prim_ids[lane]);
-            if geom_id == NO_ID {
+            if block.geom_ids[lane] == NO_ID {
                 break;
             }
-            let sphere = block.spheres[lane];
+            let (sphere, place) = (block.spheres[lane], Place::sphere(index, lane));
             if let Some(t) = first_root(ray, sphere.center, sphere.radius, best.t)
-                && !ray.skip.rejects(geom_id, prim_id)
-                && (t < best.t || (geom_id, prim_id) < (best.geom_id, best.prim_id))
+                && best.loses_to(data, ray, t, place)
             {
-                best = Best { t, geom_id, prim_id, ..Best::none(t) };
+                best = Best { t, place };
+                *weights = Weights::NONE;
             }
         }
     }

@@ -5,10 +5,9 @@
 //! octant. A subtree that only one ray enters is traversed by the single-ray loop.
 
 use super::data::{Child, Hierarchy, WIDTH};
-use super::ray::{Best, CULL_INFLATION, Prepared};
+use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::simd::Simd;
 use super::single::{self, STACK, Slabs, Stack};
-use super::triangle::Shear;
 
 /// Most rays of a stream.
 pub(super) const STREAM: usize = 32;
@@ -17,6 +16,7 @@ pub(super) const STREAM: usize = 32;
 pub(super) struct Stream {
     pub(super) rays: Vec<Prepared>,
     pub(super) best: Vec<Best>,
+    pub(super) weights: [Weights; STREAM],
     stack: [(Child, u32); STACK + WIDTH],
     single: Stack,
 }
@@ -26,6 +26,7 @@ impl Stream {
         Self {
             rays: Vec::with_capacity(STREAM),
             best: Vec::with_capacity(STREAM),
+            weights: [Weights::NONE; STREAM],
             stack: [(Child::EMPTY, 0); STACK + WIDTH],
             single: Stack::new(),
         }
@@ -52,8 +53,9 @@ impl Stream {
         while active != 0 {
             if rays & (rays - 1) == 0 {
                 let i = rays.trailing_zeros() as usize;
-                let (ray, best) = (&self.rays[i], self.best[i]);
-                let best = single::traverse::<S, ANY>(simd, data, ray, &mut self.single, current, best);
+                let (ray, best, weights) = (&self.rays[i], self.best[i], &mut self.weights[i]);
+                let best =
+                    single::traverse::<S, ANY>(simd, data, ray, &mut self.single, current, best, weights);
                 self.best[i] = best;
                 if ANY && best.is_hit() {
                     active &= !rays;
@@ -87,13 +89,14 @@ impl Stream {
             let i = rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let ray = &self.rays[i];
-            let (_, enters) = Slabs::new(simd, ray).enter(simd, ray, node, self.best[i].t * CULL_INFLATION);
+            let (_, enters) =
+                Slabs::new(simd, ray).enter(simd, ray.sign(), node, self.best[i].t * CULL_INFLATION);
             entering = simd.mark(entering, enters, 1 << i);
         }
 
         // Every child is written and those that no ray enters are overwritten: no branch to mispredict.
         let entering = simd.marks(entering);
-        let octant = self.rays[rays.trailing_zeros() as usize].octant();
+        let octant = self.rays[rays.trailing_zeros() as usize].octant;
         let mut top = top;
         for place in node.order {
             let child = (place >> (3 * octant)) as usize % WIDTH;
@@ -112,8 +115,8 @@ impl Stream {
             let i = rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let ray = &self.rays[i];
-            let shear = Shear::of_ray(simd, ray);
-            let best = single::intersect_leaf::<S, ANY>(simd, data, ray, &shear, leaf, self.best[i]);
+            let best =
+                single::intersect_leaf::<S, ANY>(simd, data, ray, leaf, self.best[i], &mut self.weights[i]);
             self.best[i] = best;
             if ANY {
                 hit |= u32::from(best.is_hit()) << i;

@@ -8,9 +8,10 @@
 //!
 //! It costs no more than the test of Moeller and Trumbore 1997 with two kept edges, so there is no other mode.
 
-use super::data::TriangleBlock;
+use super::data::{BLOCK, TriangleBlock};
 use super::ray::Prepared;
 use super::simd::{Array, Lanes, Mask, Simd};
+use glam::Vec3A;
 
 /// The part of a ray that the triangle test needs, over lanes that hold one ray or many.
 #[derive(Clone, Copy)]
@@ -20,6 +21,9 @@ pub(super) struct Shear<F> {
     /// See [`Prepared::shear`].
     pub(super) shear: [F; 3],
 }
+
+/// A distance is blurred if the farthest corner's is this many times as large.
+const BLURRED: f32 = 16.0;
 
 /// A triangle's corners, `[corner][axis]` with the axes in the ray's order.
 pub(super) type Corners<F> = [[F; 3]; 3];
@@ -70,11 +74,8 @@ impl<F> Shear<F> {
     /// One ray in all of four lanes.
     #[inline(always)]
     pub(super) fn of_ray<S: Simd<F4 = F>>(simd: S, ray: &Prepared) -> Self {
-        let [x, y, z] = ray.axes;
-        Self {
-            origin: [simd.splat4(ray.origin[x]), simd.splat4(ray.origin[y]), simd.splat4(ray.origin[z])],
-            shear: [simd.splat4(ray.shear[0]), simd.splat4(ray.shear[1]), simd.splat4(ray.shear[2])],
-        }
+        let splat3 = |v: Vec3A| [simd.splat4(v.x), simd.splat4(v.y), simd.splat4(v.z)];
+        Self { origin: splat3(ray.turned_origin), shear: splat3(ray.shear) }
     }
 }
 
@@ -95,9 +96,7 @@ pub(super) fn load_block<S: Simd>(simd: S, axes: [usize; 3], block: &TriangleBlo
 #[cold]
 #[inline(never)]
 pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) -> Option<(f32, f32, f32)> {
-    let corners = block.corners.each_ref().map(|corner| ray.axes.map(|axis| Array([corner[axis][lane]])));
-    let origin = ray.axes.map(|axis| Array([ray.origin[axis]]));
-    let shear = Shear { origin, shear: ray.shear.map(|s| Array([s])) };
+    let (shear, corners) = scalar(ray, block, lane);
     let [a, b, c] = sheared::<1, Array<1>>(&shear, &corners).map(|corner| corner.map(|x| f64::from(x.0[0])));
     let u = c[0] * b[1] - c[1] * b[0];
     let v = a[0] * c[1] - a[1] * c[0];
@@ -106,8 +105,41 @@ pub(super) fn solve_edge_on(ray: &Prepared, block: &TriangleBlock, lane: usize) 
     if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) || det == 0.0 {
         return None;
     }
-    let t = f64::from(ray.shear[2]) * (u * a[2] + v * b[2] + w * c[2]) / det;
+    let t = f64::from(ray.shear.z) * (u * a[2] + v * b[2] + w * c[2]) / det;
     Some((t as f32, (v / det) as f32, (w / det) as f32))
+}
+
+/// The distances of a block's triangles, with those of the flat ones among `lanes` replaced as by
+/// [`Crossing::flat_distance`]. Out of line: few blocks have any.
+#[inline(never)]
+pub(super) fn with_flat_distances(
+    ray: &Prepared,
+    block: &TriangleBlock,
+    mut lanes: u32,
+    mut distances: [f32; BLOCK],
+) -> [f32; BLOCK] {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize % BLOCK;
+        lanes &= lanes - 1;
+        let axis = usize::from(block.flat_axes[lane]);
+        if axis < 3 {
+            let [a, b, c] = &block.corners;
+            let depth =
+                |corner: &[[f32; BLOCK]; 3]| (corner[ray.axes[2]][lane] - ray.turned_origin.z) * ray.shear.z;
+            let (u, v, w) = (depth(a), depth(b), depth(c));
+            let plane = (a[axis][lane] - ray.origin[axis]) * ray.slabs.rcp[axis];
+            distances[lane] = plane.max(u.min(v).min(w)).min(u.max(v).max(w));
+        }
+    }
+    distances
+}
+
+/// One ray and one triangle, in vectors of one lane.
+#[inline(always)]
+fn scalar(ray: &Prepared, block: &TriangleBlock, lane: usize) -> (Shear<Array<1>>, Corners<Array<1>>) {
+    let corners = block.corners.each_ref().map(|corner| ray.axes.map(|axis| Array([corner[axis][lane]])));
+    let splat3 = |v: Vec3A| v.to_array().map(|x| Array([x]));
+    (Shear { origin: splat3(ray.turned_origin), shear: splat3(ray.shear) }, corners)
 }
 
 impl<F: Copy, M: Mask> Crossing<F, M> {
@@ -118,32 +150,41 @@ impl<F: Copy, M: Mask> Crossing<F, M> {
         F: Lanes<N, Mask = M>,
     {
         let [a, b, c] = self.depths;
-        ray.shear[2] * (self.u * a + self.v * b + self.w * c) / self.det
+        let [a, b, c] = [a * ray.shear[2], b * ray.shear[2], c * ray.shear[2]];
+        (self.u * a + self.v * b + self.w * c) / self.det
     }
 
-    /// Ray parameters for triangles at one coordinate of an axis: that of their plane, but not before their nearest
-    /// and after their farthest corner.
-    ///
-    /// The weighted depths are wrong by the rounding of the farthest corner, which would spoil the distance to a large
-    /// floor or wall; this is right to three roundings.
+    /// The lanes where `t` is small beside the farthest corner's: the weighted depths are wrong by the rounding of that
+    /// one, which would spoil the distance to a floor much larger than what stands on it.
     #[inline(always)]
-    pub(super) fn flat_distance<const N: usize>(&self, ray: &Shear<F>, origin: F, plane: F, neg_rcp: F) -> F
+    pub(super) fn is_blurred<const N: usize>(&self, ray: &Shear<F>, t: F) -> M
+    where
+        F: Lanes<N, Mask = M>,
+    {
+        let [a, b, c] = self.depths.map(|depth| depth * ray.shear[2]);
+        let farthest = a.max(b).max(c).max(t.splat(0.0) - a.min(b).min(c));
+        (t * t.splat(BLURRED)).le(farthest)
+    }
+
+    /// Ray parameters for triangles at one coordinate of an axis, right to three roundings: that of their plane, but not
+    /// before their nearest and after their farthest corner.
+    #[inline(always)]
+    pub(super) fn flat_distance<const N: usize>(&self, ray: &Shear<F>, origin: F, plane: F, rcp: F) -> F
     where
         F: Lanes<N, Mask = M>,
     {
         let [a, b, c] = self.depths;
         let [a, b, c] = [a * ray.shear[2], b * ray.shear[2], c * ray.shear[2]];
-        // A NaN (the ray runs in the plane) is on the left and becomes the nearest depth.
-        ((origin - plane) * neg_rcp).max(a.min(b).min(c)).min(a.max(b).max(c))
+        ((plane - origin) * rcp).max(a.min(b).min(c)).min(a.max(b).max(c))
     }
 
     /// The lanes that count in the interval.
     #[inline(always)]
-    pub(super) fn hits<const N: usize>(&self, t: F, t_min: F, t_max: F) -> u32
+    pub(super) fn hits<const N: usize>(&self, t: F, t_min: F, t_max: F) -> M
     where
         F: Lanes<N, Mask = M>,
     {
-        (self.inside & self.det.ne(t.splat(0.0)) & t_min.le(t) & t.le(t_max)).bits()
+        self.inside & self.det.ne(t.splat(0.0)) & t_min.le(t) & t.le(t_max)
     }
 
     /// The lanes for [`solve_edge_on`].

@@ -21,15 +21,17 @@ use crate::geometry::Shape;
 use device::Device;
 use query::Query;
 use scene::Scene;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Rays that are answered before their skip rules are looked at, while they are in the first-level cache; also
 /// the length of a stream.
 const CHUNK: usize = 256;
 
-/// A committed scene and how it is asked.
+/// A committed scene and how it is asked. A clone shares the scene.
+#[derive(Clone)]
 pub struct Embree {
-    scene: Scene,
+    scene: Arc<Scene>,
     mode: EmbreeMode,
     robust: bool,
     skip: SkipSupport,
@@ -101,13 +103,24 @@ impl Embree {
     /// If Embree does not run on this machine, is out of memory or refuses a shape; with its own words.
     pub fn new(shapes: &[Shape], options: &BuildOptions) -> Result<Self, AccelError> {
         let start = Instant::now();
-        let scene = Scene::commit(Device::new(options)?, shapes, options)?;
+        let scene = Arc::new(Scene::commit(Device::new(options)?, shapes, options)?);
         let info = AccelInfo {
             name: format!("embree {} {}", scene.device().version(), mode_name(options.embree_mode)),
             memory_bytes: scene.device().memory_bytes(),
             build_seconds: start.elapsed().as_secs_f64(),
         };
         Ok(Self { scene, mode: options.embree_mode, robust: options.robust, skip: options.skip, info })
+    }
+
+    /// The same scene asked by other calls.
+    pub fn with_mode(self, mode: EmbreeMode) -> Self {
+        let name = format!("embree {} {}", self.scene.device().version(), mode_name(mode));
+        Self { mode, info: AccelInfo { name, ..self.info }, ..self }
+    }
+
+    /// The same scene with hits as Embree's f32 finds them, also in its robust mode. For benchmarks.
+    pub fn with_raw_hits(self) -> Self {
+        Self { robust: false, ..self }
     }
 
     fn intersect_chunk(&self, call: Call, query: &mut Query<'_>, rays: &[Ray], hits: &mut [Option<Hit>]) {
@@ -157,10 +170,18 @@ impl Accelerator for Embree {
         let call = Call::for_any(self.mode);
         let mut query = Query::all(coherence);
         for (rays, occluded) in rays.chunks(CHUNK).zip(occluded.chunks_mut(CHUNK)) {
-            if self.skip == SkipSupport::Any && rays.iter().any(|ray| ray.skip != Skip::None) {
-                self.scene.occluded_by_rules(rays, occluded);
-            } else {
-                self.occluded_chunk(call, &mut query, rays, occluded);
+            let with_rule = |ray: &&Ray| self.skip == SkipSupport::Any && ray.skip != Skip::None;
+            match rays.iter().filter(with_rule).count() {
+                0 => self.occluded_chunk(call, &mut query, rays, occluded),
+                count if 4 * count >= rays.len() => self.scene.occluded_by_rules(rays, occluded),
+                _ => {
+                    let mut free = [Ray::inactive(); CHUNK];
+                    for (free, ray) in free.iter_mut().zip(rays).filter(|(_, ray)| ray.skip == Skip::None) {
+                        *free = *ray;
+                    }
+                    self.occluded_chunk(call, &mut query, &free[..rays.len()], occluded);
+                    self.scene.occluded_with_rules(rays, occluded);
+                }
             }
         }
     }

@@ -108,11 +108,16 @@ impl Scene {
     /// for the occluded rays took 1.25 times as long on 1.3 million triangles (0.9 times on 5,000).
     pub(super) fn occluded_by_rules(&self, rays: &[Ray], occluded: &mut [bool]) {
         let mut all = Query::all(Coherence::Incoherent);
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = match ray.skip {
-                Skip::None => occluded_one(self, &mut all, ray),
-                _ => occluded_one(self, &mut Query::filtered(self.shapes(), ray, Care::Trusting), ray),
-            };
+        for (ray, occluded) in rays.iter().zip(&mut *occluded).filter(|(ray, _)| ray.skip == Skip::None) {
+            *occluded = occluded_one(self, &mut all, ray);
+        }
+        self.occluded_with_rules(rays, occluded);
+    }
+
+    /// Any hit of those rays that carry a rule; leaves the answers of the others as they are.
+    pub(super) fn occluded_with_rules(&self, rays: &[Ray], occluded: &mut [bool]) {
+        for (ray, occluded) in rays.iter().zip(occluded).filter(|(ray, _)| ray.skip != Skip::None) {
+            *occluded = occluded_one(self, &mut Query::filtered(self.shapes(), ray, Care::Trusting), ray);
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
-use crate::scene::settings::{AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
+use crate::scene::settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -32,6 +32,11 @@ pub struct SettingsDesc {
     pub diffuse_bounces: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
+    /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
+    /// noise, and a picture that is too dark. Off where it is not given.
+    pub clamp_indirect: Option<f32>,
+    /// Pictures beside the picture, in the EXR: `albedo`, `normal`, `depth`, `variance`.
+    pub aovs: Option<Vec<Aov>>,
     /// How much of what hides the environment glossy reflections heed: all but `exact` are approximations.
     pub occlusion: Option<Occlusion>,
     /// Which numbers are drawn.
@@ -54,6 +59,8 @@ impl SettingsDesc {
             direct_light: self.direct_light.unwrap_or(preset.direct_light),
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
+            clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
+            aovs: self.aovs.clone().unwrap_or(preset.aovs),
             occlusion: self.occlusion.unwrap_or(preset.occlusion),
             sampler: self.sampler.unwrap_or(preset.sampler),
             seed: self.seed.unwrap_or(preset.seed),

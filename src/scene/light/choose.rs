@@ -42,18 +42,24 @@ impl Lights {
 
     /// Chooses a light that matters to the receiver and a direction towards it.
     ///
-    /// `None` where nothing would arrive. `choice` and `u` are in `[0, 1)`.
+    /// `None` where nothing would arrive. `fine` and `u` are in `[0, 1)`: the first of `u` chooses the light, and what
+    /// is left of it goes on to the light itself, so that points that are spread well over the unit square are spread
+    /// well over each light. With numbers of its own for the choice, each light would get a random part of them; where
+    /// a lamp and a sky share 64 Sobol points, the variance of a highlight is then two to three times as high. `fine` stands for the
+    /// bits that `u` has not.
     #[inline]
-    pub fn sample(&self, to: &Receiver, choice: f32, u: [f32; 2]) -> Option<LightSample> {
-        let (pick, probability, rest) = self.choose(to, widen(choice, u))?;
+    pub fn sample(&self, to: &Receiver, fine: f32, u: [f32; 2]) -> Option<LightSample> {
+        let [choice, v] = widen(fine, u);
+        let (pick, probability, rest) = self.choose(to, choice)?;
+        let u = [rest, v];
         let sample = match (pick, &self.environment) {
-            (Pick::Light(i), _) => self.lights[i as usize].sample(to, rest, u)?,
-            (Pick::Environment, Some(environment)) => environment.sample(to, rest, u)?,
+            (Pick::Light(i), _) => self.lights[i as usize].sample(to, u)?,
+            (Pick::Environment, Some(environment)) => environment.sample(to, u)?,
             (Pick::Environment, None) => return None,
         };
         let le_over_pdf = sample.le_over_pdf / probability as f32;
         let arrives = le_over_pdf.is_finite() && !le_over_pdf.is_black();
-        let ln_pdf = sample.ln_pdf + probability.ln() as f32;
+        let ln_pdf = sample.ln_pdf + ln_share(probability);
         arrives.then_some(LightSample { le_over_pdf, ln_pdf, ..sample })
     }
 
@@ -64,7 +70,7 @@ impl Lights {
         if probability == 0.0 {
             return f32::NEG_INFINITY;
         }
-        probability.ln() as f32 + self.lights[hit.light as usize].ln_pdf(to, hit)
+        ln_share(probability) + self.lights[hit.light as usize].ln_pdf(to, hit)
     }
 
     /// Logarithm of the density with which [`sample`](Self::sample) goes along `wi` to the environment.
@@ -73,7 +79,7 @@ impl Lights {
         match &self.environment {
             Some(environment) if self.far.has_environment() => {
                 let probability = (1.0 - self.near_share(to)) * self.far.probability(to, 0);
-                probability.ln() as f32 + environment.pdf(to, wi).ln()
+                ln_share(probability) + environment.pdf(to, wi).ln()
             }
             _ => f32::NEG_INFINITY,
         }
@@ -110,11 +116,20 @@ impl Lights {
     }
 }
 
-/// `choice` with 28 bits more, from a hash of `u`: a walk down a deep tree leaves few of the 24.
+/// The logarithm of a probability, which is often one.
 #[inline]
-fn widen(choice: f32, u: [f32; 2]) -> f64 {
-    let low = sampler::hash(u[0].to_bits() ^ sampler::hash(u[1].to_bits() ^ 0x5bd1_e995)) >> 4;
-    f64::from(choice) + f64::from(low) / (1u64 << 52) as f64
+fn ln_share(probability: f64) -> f32 {
+    if probability == 1.0 { 0.0 } else { (probability as f32).ln() }
+}
+
+/// `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.
+#[inline]
+fn widen(fine: f32, u: [f32; 2]) -> [f64; 2] {
+    let mut low = fine.to_bits() ^ sampler::hash(u[0].to_bits() ^ sampler::hash(u[1].to_bits()));
+    u.map(|u| {
+        low = sampler::hash(low ^ 0x5bd1_e995);
+        f64::from(u) + f64::from(low >> 4) / (1u64 << 52) as f64
+    })
 }
 
 #[cfg(test)]
@@ -164,7 +179,7 @@ mod tests {
             let mut lost = 0.0;
             for j in 0..2000 {
                 let (choice, u) = numbers(i as u32, j);
-                let Some((Pick::Light(light), probability, rest)) = lights.choose(&to, widen(choice, u))
+                let Some((Pick::Light(light), probability, rest)) = lights.choose(&to, widen(choice, u)[0])
                 else {
                     lost += 1.0;
                     continue;
@@ -203,7 +218,9 @@ mod tests {
                 let (mut found, mut expected, n) = (vec![0.0; count + 1], vec![0.0; count + 1], 40_000);
                 for j in 0..n {
                     let (choice, u) = numbers(i as u32, j);
-                    let Some((pick, probability, _)) = lights.choose(&to, widen(choice, u)) else { continue };
+                    let Some((pick, probability, _)) = lights.choose(&to, widen(choice, u)[0]) else {
+                        continue;
+                    };
                     let index = match pick {
                         Pick::Light(light) => light as usize,
                         Pick::Environment => count,

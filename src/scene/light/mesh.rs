@@ -1,6 +1,6 @@
 //! Emissive meshes: disks, polygons and whatever else is made of triangles.
 
-use super::alias::AliasTable;
+use super::alias::{AliasTable, narrow};
 use super::{EmitterHit, LightSample, Receiver, shadow_end};
 use crate::core::{Rgb, warp};
 use crate::geometry::TriangleMesh;
@@ -65,12 +65,13 @@ impl MeshLight {
         (axis, cos)
     }
 
-    /// A direction towards the mesh; `choice` in `[0, 1)` chooses the triangle.
+    /// A direction towards the mesh; the first of `u` chooses the triangle.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, choice: f64, u: [f32; 2]) -> Option<LightSample> {
-        let prim_id = self.by_area.as_ref()?.sample(choice).0 as u32;
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
+        let (triangle, rest) = self.by_area.as_ref()?.sample(u[0]);
+        let prim_id = triangle as u32;
         let [a, b, c] = self.mesh.triangle(prim_id).map(|p| p.as_dvec3());
-        let [bu, bv] = warp::uniform_triangle(u).map(f64::from);
+        let [bu, bv] = warp::uniform_triangle(narrow([rest, u[1]])).map(f64::from);
         let way = a + bu * (b - a) + bv * (c - a) - to.p.as_dvec3();
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let facing = -normal.dot(way);

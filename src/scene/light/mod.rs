@@ -113,15 +113,15 @@ impl Light {
         Self::Mesh(MeshLight::new(mesh, radiance, both_sides))
     }
 
-    /// A direction towards this light. `choice` and `u` are in `[0, 1)`.
+    /// A direction towards this light. `u` is in `[0, 1)`.
     #[inline]
-    fn sample(&self, to: &Receiver, choice: f64, u: [f32; 2]) -> Option<LightSample> {
+    fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         match self {
             Self::Point(light) => light.sample(to.p),
             Self::Directional(light) => Some(light.sample()),
             Self::Rectangle(light) => light.sample(to, u),
             Self::Sphere(light) => light.sample(to, u),
-            Self::Mesh(light) => light.sample(to, choice, u),
+            Self::Mesh(light) => light.sample(to, u),
         }
     }
 

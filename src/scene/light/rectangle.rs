@@ -25,9 +25,10 @@ pub struct RectangleLight {
     both_sides: bool,
 }
 
-/// Beyond this many half diagonals from its centre a rectangle is sampled by area: there the densities by area and
-/// by solid angle differ by at most a few parts in ten, and a point is cheaper.
-const FAR: f64 = 10.0;
+/// Beyond this many half diagonals from its centre a rectangle is sampled by area. From right before it the densities
+/// by area and by solid angle differ there by a tenth, at a slant by half at most, which is little beside what else
+/// varies, and a point takes a tenth of the time.
+const FAR: f64 = 4.0;
 
 /// Least solid angle that is trusted: below are rectangles seen edge-on, whose sample would be ill-conditioned.
 const LEAST_SOLID_ANGLE: f64 = 1e-6;
@@ -108,10 +109,9 @@ impl RectangleLight {
 
     /// A direction towards the rectangle.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f32; 2]) -> Option<LightSample> {
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let p = to.p.as_dvec3();
         let height = self.height(p)?;
-        let u = u.map(f64::from);
         let (way, solid_angle) = match self.near(p, height) {
             Some(seen) => {
                 let q = seen.sample(u);
@@ -129,7 +129,7 @@ impl RectangleLight {
             wi: (way / distance).as_vec3(),
             t_max: shadow_end(to.p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -solid_angle.ln() as f32,
+            ln_pdf: -(solid_angle as f32).ln(),
             shadow: true,
         })
     }
@@ -140,10 +140,10 @@ impl RectangleLight {
         let p = to.p.as_dvec3();
         let Some(height) = self.height(p) else { return f32::NEG_INFINITY };
         match self.near(p, height) {
-            Some(seen) => -seen.solid_angle().ln() as f32,
+            Some(seen) => -(seen.solid_angle() as f32).ln(),
             None => {
                 let t = f64::from(hit.t);
-                (t * t * t / (self.area * height.abs())).ln() as f32
+                ((t * t * t / (self.area * height.abs())) as f32).ln()
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Spherical emitters.
 
+use super::alias::narrow;
 use super::{LightSample, Receiver, shadow_end};
 use crate::core::{Frame, Rgb, warp};
 use crate::geometry::Sphere;
@@ -39,20 +40,20 @@ impl SphereLight {
 
     /// A direction towards the sphere.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f32; 2]) -> Option<LightSample> {
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let way = self.sphere.center.as_dvec3() - to.p.as_dvec3();
         let radius = f64::from(self.sphere.radius);
         let (wi, t, solid_angle) = match self.view(way)? {
             View::Inside => {
-                let wi = warp::uniform_sphere(u);
+                let wi = warp::uniform_sphere(narrow(u));
                 let middle = wi.as_dvec3().dot(way);
                 let half = (middle * middle + radius * radius - way.length_squared()).max(0.0).sqrt();
                 (wi, middle + half, 2.0 * TAU)
             }
             View::Cone(whole) => {
-                let part = f64::from(u[0]) * whole;
+                let part = u[0] * whole;
                 let (cos, sin_squared) = (1.0 - part, part * (2.0 - part));
-                let (sin_phi, cos_phi) = (TAU * f64::from(u[1])).sin_cos();
+                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
                 let sin = sin_squared.sqrt();
                 let local = DVec3::new(sin * cos_phi, sin * sin_phi, cos).as_vec3();
                 let distance_squared = way.length_squared();

@@ -67,10 +67,12 @@ impl SphericalRectangle {
     /// The point of the rectangle in the direction that `u` stands for: uniform by solid angle.
     #[inline]
     pub(super) fn sample(&self, u: [f64; 2]) -> DVec3 {
-        // The x that cuts u[0] of the solid angle off.
-        let angle = u[0] * self.solid_angle - self.g23.angle();
-        let (sin, cos) = angle.sin_cos();
-        let f = (cos * self.b[0] - self.b[1]) / sin;
+        // The x that cuts u[0] of the solid angle off: at the angle u[0] solid_angle - g23. Only the ratio of its sine
+        // and cosine to the length of g23 counts, so that g23 itself need not be measured.
+        let (sin, cos) = (u[0] * self.solid_angle).sin_cos();
+        let angle = Turn { cos, sin }.then(Turn { cos: self.g23.cos, sin: -self.g23.sin });
+        let length = (self.g23.cos * self.g23.cos + self.g23.sin * self.g23.sin).sqrt();
+        let f = (angle.cos * self.b[0] - length * self.b[1]) / angle.sin;
         let cu = ((f * f + self.b[0] * self.b[0]).sqrt().recip().copysign(f)).clamp(-1.0, 1.0);
         let x = -cu * self.z / (1.0 - cu * cu).max(1e-300).sqrt();
         let x = x.clamp(self.x[0], self.x[1]);

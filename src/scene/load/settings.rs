@@ -15,6 +15,10 @@ pub(super) fn checked(desc: &SettingsDesc, source: &Source) -> Result<Settings, 
     if settings.spp == 0 {
         return Err(at.key("spp").fail("0 samples per pixel make no picture: it must be at least 1"));
     }
+    if settings.clamp_indirect.is_some_and(|most| !(most.is_finite() && most > 0.0)) {
+        let message = "the most radiance of indirect light must be above 0; leave it out for no bound";
+        return Err(at.key("clamp_indirect").fail(message));
+    }
     let counts = match &settings.glossy_samples {
         GlossySamples::First(m) => &[*m][..],
         GlossySamples::PerDepth(list) => list,

@@ -1,6 +1,5 @@
 //! Environments from lat-long images.
 
-use super::super::alias::below_one;
 use super::cumulative::Cumulative;
 use crate::core::Rgb;
 use glam::Vec3;
@@ -222,11 +221,9 @@ impl EnvironmentImage {
         (value / (self.norm * 2.0 * std::f64::consts::PI.powi(2) * theta.sin())) as f32
     }
 
-    /// A direction by luminance; `choice` adds the bits that the 24 of each `u` lack for very dark cells.
+    /// A direction by luminance.
     #[inline]
-    pub(super) fn sample(&self, choice: f64, u: [f32; 2]) -> Vec3 {
-        let fine = [(choice * f64::from(1 << 20)).fract(), choice];
-        let [x, y] = [0, 1].map(|i| below_one(f64::from(u[i]) + fine[i] / f64::from(1 << 24)));
+    pub(super) fn sample(&self, [x, y]: [f64; 2]) -> Vec3 {
         let (row, y) = self.rows.invert(0, y);
         let (column, x) = self.columns.invert(row, x);
 

@@ -10,6 +10,7 @@ pub use gradient::Gradient;
 pub use image::{EnvironmentImage, EnvironmentImageError};
 pub use studio::{Softbox, Studio};
 
+use super::alias::narrow;
 use super::{LightSample, Receiver};
 use crate::core::Rgb;
 use glam::Vec3;
@@ -87,13 +88,13 @@ impl Environment {
         mean * PI
     }
 
-    /// A direction with its radiance; `None` where there is none. `choice` and `u` are in `[0, 1)`.
+    /// A direction with its radiance; `None` where there is none. `u` is in `[0, 1)`.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, choice: f64, u: [f32; 2]) -> Option<LightSample> {
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let wi = match self {
-            Self::Constant(_) | Self::Gradient(_) => broad::sample(to.n, u),
-            Self::Studio(studio) => studio.sample(to.n, choice, u),
-            Self::Image(image) => image.sample(choice, u),
+            Self::Constant(_) | Self::Gradient(_) => broad::sample(to.n, narrow(u)),
+            Self::Studio(studio) => studio.sample(to.n, u),
+            Self::Image(image) => image.sample(u),
         };
         let (le, pdf) = match self {
             Self::Image(image) => image.le_and_pdf(wi),

@@ -1,5 +1,6 @@
 //! A photographer's studio: softboxes before a gradient.
 
+use super::super::alias::{below_one, narrow};
 use super::super::spherical_rectangle::SphericalRectangle;
 use super::broad;
 use super::gradient::Gradient;
@@ -75,8 +76,8 @@ impl Lamp {
     }
 
     #[inline]
-    fn sample(&self, u: [f32; 2]) -> Vec3 {
-        let DVec3 { x, y, z } = self.seen.sample(u.map(f64::from));
+    fn sample(&self, u: [f64; 2]) -> Vec3 {
+        let DVec3 { x, y, z } = self.seen.sample(u);
         let [level, upright, middle] = self.axes.map(Vec3::as_dvec3);
         (level * x + upright * y - middle * z).normalize().as_vec3()
     }
@@ -134,17 +135,19 @@ impl Studio {
         self.background_power + self.lamps.iter().map(|l| l.weight(n)).sum::<f32>()
     }
 
-    /// A direction: to a softbox by what it may give to a surface with normal `n`, or all over.
+    /// A direction: to a softbox by what it may give to a surface with normal `n`, or all over; the first of `u`
+    /// chooses.
     #[inline]
-    pub(super) fn sample(&self, n: Vec3, choice: f64, u: [f32; 2]) -> Vec3 {
-        let mut left = choice as f32 * self.total_weight(n);
+    pub(super) fn sample(&self, n: Vec3, u: [f64; 2]) -> Vec3 {
+        let mut left = u[0] * f64::from(self.total_weight(n));
         for lamp in &self.lamps {
-            left -= lamp.weight(n);
-            if left < 0.0 {
-                return lamp.sample(u);
+            let weight = f64::from(lamp.weight(n));
+            if left < weight {
+                return lamp.sample([below_one(left / weight), u[1]]);
             }
+            left -= weight;
         }
-        broad::sample(n, u)
+        broad::sample(n, narrow([below_one(left / f64::from(self.background_power)), u[1]]))
     }
 
     /// The density of [`sample`](Self::sample) over solid angle.

@@ -1,0 +1,90 @@
+//! What denoisers are told of a camera sample: the surface that it shows, which may stand in a mirror.
+//!
+//! A surface is looked through if its sharp lobes reflect at least half of its light. From there the path's own ray of
+//! a sharp lobe is followed (the first one where a hit splits), so that nothing is traced for this. Where that ray does
+//! not leave, because another lobe was chosen or the path ends, the surface itself is told of.
+
+use super::bounce::Leaving;
+use super::path::Path;
+use super::wave::Integrator;
+use crate::bxdf::{Bsdf, Bxdf};
+use crate::core::Rgb;
+use crate::film::Guide;
+use crate::scene::SurfaceInteraction;
+
+/// Roughness up to which a lobe counts as sharp: its reflections are blurred by about 3 degrees.
+pub(super) const SHARP_ALPHA: f32 = 0.05;
+
+/// Whether things can be made out in what the lobe reflects: a delta lobe, GGX up to [`SHARP_ALPHA`], a cosine power
+/// from the exponent `2 / alpha^2 - 2 = 798` up, whose lobe is as wide (Walter et al. 2007).
+fn is_sharp(bxdf: &Bxdf) -> bool {
+    match bxdf {
+        Bxdf::Mirror(_) | Bxdf::Dielectric(_) => true,
+        Bxdf::Conductor(lobe) => lobe.alpha <= SHARP_ALPHA,
+        Bxdf::CosinePower(lobe) => lobe.exponent >= 2.0 / (SHARP_ALPHA * SHARP_ALPHA) - 2.0,
+        Bxdf::Diffuse(_) | Bxdf::Plastic(_) => false,
+    }
+}
+
+/// What is known so far of what a camera sample shows.
+#[derive(Clone, Copy)]
+pub(super) struct Trail {
+    /// What the film is told in the end.
+    pub guide: Guide,
+    /// Length of the way so far, in unit lengths.
+    pub way: f32,
+    /// Rays for which the followed one stands, where hits have split.
+    rays: f32,
+}
+
+impl Default for Trail {
+    fn default() -> Self {
+        Self { guide: Guide::default(), way: 0.0, rays: 1.0 }
+    }
+}
+
+impl Integrator<'_> {
+    /// Notes what the followed `path` has come to, or that it goes on: by which of the lobes.
+    pub(super) fn tell(
+        &self,
+        path: &Path,
+        point: &SurfaceInteraction,
+        bsdf: &Bsdf,
+        leaving: &Leaving,
+        trail: &mut Trail,
+    ) -> Option<usize> {
+        let [mut sharp, mut other] = [Rgb::BLACK; 2];
+        let (mut followed, mut other_rate) = (None, 0.0);
+        for (number, lobe) in bsdf.lobes().enumerate() {
+            if is_sharp(lobe) {
+                sharp += lobe.albedo(&point.at);
+                followed = followed.or((leaving.count[number] > 0).then_some(number));
+            } else {
+                other += lobe.albedo(&point.at);
+                other_rate += leaving.rate[number];
+            }
+        }
+        let looked_through = sharp.luminance() > 0.0 && sharp.luminance() >= other.luminance();
+        if looked_through && let Some(lobe) = followed {
+            trail.rays *= leaving.count[lobe] as f32;
+            return followed;
+        }
+        // Where one lobe was chosen among several, it stands for those that were not.
+        let albedo = if looked_through && other_rate > 0.0 {
+            other * other_rate.recip().max(1.0)
+        } else {
+            sharp + other
+        };
+        self.describe(path, point, albedo, trail);
+        None
+    }
+
+    /// Notes the surface at the end of the followed path.
+    pub(super) fn describe(&self, path: &Path, point: &SurfaceInteraction, albedo: Rgb, trail: &mut Trail) {
+        let Trail { guide, way, rays } = trail;
+        let albedo = path.beta * albedo * *rays;
+        guide.albedo = if albedo.is_finite() { albedo } else { Rgb::BLACK };
+        guide.normal = point.at.n.to_array();
+        guide.depth = self.scene.world.length_to_scene(*way) as f32;
+    }
+}
