@@ -159,11 +159,16 @@ fn costs_noise_and_bias_are_found_as_they_were_made_up() {
         let verdict = if law.bias > 0.0 { Verdict::Floor } else { Verdict::Unbiased };
         assert_eq!(f.verdict, verdict, "{name}");
         let seconds = 16.0 * law.seconds;
-        assert!(f.cpu_seconds.mean.low < seconds && seconds < f.cpu_seconds.mean.high, "{name}");
+        // A 95 % interval of 8 measurements reaches 2.36 standard errors.
+        let mean = f.cpu_seconds.mean;
+        let standard_error = 0.5 * (mean.high - mean.low) / 2.36;
+        assert!((mean.value - seconds).abs() < 5.0 * standard_error, "{name}: {mean:?}");
         assert!((f.errors.brightness.value - f64::from(law.bias)).abs() < 2e-3, "{name}");
     }
     assert!((found.ways[2].relative_efficiency - 2.0).abs() < 0.3, "{}", found.ways[2].relative_efficiency);
-    assert_eq!(found.ways[3].dominated_by, Some(2).filter(|_| found.ways[2].on_front), "{:?}", found.ways[3]);
+    // At 16 samples even the bias of the fast way is less than the bad one's noise; nobody beats the fast way in time.
+    assert_eq!(found.ways.iter().map(|f| f.dominated_by).collect::<Vec<_>>(), [None, None, None, Some(1)]);
+    assert_eq!(found.ways.iter().map(|f| f.on_front).collect::<Vec<_>>(), [true, true, true, false]);
 }
 
 #[test]
@@ -175,7 +180,6 @@ fn two_runs_agree_within_their_intervals() {
             (a.errors.relmse, b.errors.relmse),
             (a.errors.noise, b.errors.noise),
             (a.errors.bias, b.errors.bias),
-            (a.flip, b.flip),
         ];
         for (number, (x, y)) in pairs.iter().enumerate() {
             assert!(x.agrees(y), "{} {number}: {x:?} {y:?}", a.way.name);
@@ -272,7 +276,9 @@ fn knobs_that_turn_nothing_are_left_out_and_ways_are_measured_once() {
     }
     for turned in &glossy.knobs {
         assert!(turned.choices.len() > 1 && turned.choices.iter().all(|c| c.way < glossy.ways.len()));
-        assert!(turned.knob == Knob::End || turned.choices.iter().any(|c| c.way == 0), "{:?}", turned.knob);
+        // The ends are those of other depths, and the base leaves the horizon to the scene.
+        let is_apart = [Knob::End, Knob::Horizon].contains(&turned.knob);
+        assert!(is_apart || turned.choices.iter().any(|c| c.way == 0), "{:?}", turned.knob);
     }
     let split = &glossy.knobs.iter().find(|t| t.knob == Knob::Split).unwrap().choices;
     let names: Vec<&str> = split.iter().map(|c| &*c.name).collect();

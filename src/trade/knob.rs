@@ -81,7 +81,9 @@ impl Knob {
             Self::Horizon if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if scene.lights.environment.is_none() => Some("there is no environment"),
-            Self::Depth | Self::End | Self::SelfHit | Self::Clamp if !plan.bounces => Some("nothing reflects"),
+            Self::Depth | Self::End | Self::SelfHit | Self::Clamp if !plan.bounces => {
+                Some("nothing reflects")
+            }
             Self::DirectLight if !plan.samples_lights => Some("no light is sampled"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
