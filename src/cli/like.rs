@@ -13,7 +13,8 @@ use std::time::Duration;
 /// Whose findings, and what is wanted.
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct LikeArgs {
-    /// Render as the findings of `gloss trade --json` advise for a target: their settings and samples go before all flags
+    /// Render as the findings of `gloss trade --json` advise for a target: their settings and samples go before all
+    /// flags
     #[arg(long, value_name = "FILE", help_heading = HEADING, requires = "target")]
     like: Option<PathBuf>,
 

@@ -115,9 +115,9 @@ pub enum Aov {
 
 /// How much of what hides the environment a glossy reflection heeds.
 ///
-/// All but [`Exact`](Self::Exact) are approximations of cosine-power lobes: no ray is traced along the lobe; the reflection is that of the
-/// bare environment, drawn from the lobe and weighted by an estimate of the visibility V. Other surfaces reflect nothing
-/// into it, and mirrors, metals and plastics are not changed. After Kozlowski and Kautz 2007, *Is Accurate Occlusion of
+/// All but [`Exact`](Self::Exact) are approximations of cosine-power lobes: no ray is traced along the lobe; the
+/// reflection is that of the bare environment, drawn from the lobe and weighted by an estimate of the visibility V. Other
+/// surfaces reflect nothing into it, and mirrors, metals and plastics are not changed. After Kozlowski and Kautz 2007, *Is Accurate Occlusion of
 /// Glossy Reflections Necessary?*; the definitions are this project's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]

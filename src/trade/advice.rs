@@ -20,10 +20,13 @@ pub struct Law {
     pub spp: f64,
     /// Noise, as relMSE, with these.
     pub noise: f64,
-    /// Squared bias: what no number of samples takes away; 0 where none was found.
+    /// Squared bias: what no number of samples takes away. Where none was found, 0 if none is claimed, else the most that
+    /// it may well be.
     pub floor: f64,
     /// CPU seconds per pixel with these samples.
     pub seconds_per_pixel: f64,
+    /// How uncertain the product of time and noise is: half of its relative 95 % interval.
+    pub uncertainty: f64,
 }
 
 impl Law {
@@ -37,8 +40,8 @@ impl Law {
         self.seconds_per_pixel * pixels * spp / self.spp
     }
 
-    /// The least samples per pixel that reach the target with so many pixels (an error), or the most that it allows (a time);
-    /// `None` if there are none.
+    /// The least samples per pixel that reach an error, or the most that a time allows for so many pixels; `None` if
+    /// there are none.
     pub fn spp_for(&self, target: Target, pixels: f64) -> Option<u32> {
         let spp = match target {
             Target::Error(error) if error <= self.floor => return None,
@@ -73,9 +76,25 @@ pub struct Advice {
 
 /// The best way for a target and a picture of so many pixels: the fastest to an error, the most exact in a time.
 ///
-/// Ways whose samples follow the noise are no candidates: their error does not fall as one over the samples.
+/// Ways whose samples follow the noise, and patterns of a fixed number of points, are no candidates: they have no such law.
+/// Nor are ways that are better than the base by no more than chance may show: of many that are no better, the luckiest would
+/// always win.
 pub fn advise(found: &[Found], target: Target, pixels: f64) -> Option<Advice> {
-    let candidates = found.iter().enumerate().filter(|(_, f)| f.way.noise.is_none());
+    let base = &found.first()?.law;
+    let is_better = |law: &Law| {
+        let (Some(mine), Some(other)) = (law.spp_for(target, pixels), base.spp_for(target, pixels)) else {
+            return true;
+        };
+        let [mine, other] = [(law, mine), (base, other)].map(|(law, spp)| match target {
+            Target::Error(_) => law.seconds(f64::from(spp), pixels),
+            Target::Time(_) => law.error(f64::from(spp)),
+        });
+        (other / mine).ln() > law.uncertainty.hypot(base.uncertainty)
+    };
+    let candidates = found.iter().enumerate().filter(|(number, f)| {
+        let has_a_law = f.way.noise.is_none() && !f.way.has_a_pattern();
+        has_a_law && (*number == 0 || is_better(&f.law))
+    });
     let advice = candidates.filter_map(|(number, f)| {
         let spp = f.law.spp_for(target, pixels)?;
         let (error, seconds) = (f.law.error(f64::from(spp)), f.law.seconds(f64::from(spp), pixels));
@@ -87,7 +106,6 @@ pub fn advise(found: &[Found], target: Target, pixels: f64) -> Option<Advice> {
         Target::Time(_) => a.error,
     };
     let mut best = advice.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-    let base = &found[0].law;
     if best.error > base.floor {
         let spp = base.noise * base.spp / (best.error - base.floor);
         best.times_the_base = Some(base.seconds(spp, pixels) / best.seconds.max(1e-12));
@@ -99,7 +117,7 @@ pub fn advise(found: &[Found], target: Target, pixels: f64) -> Option<Advice> {
 mod tests {
     use super::*;
 
-    const LAW: Law = Law { spp: 16.0, noise: 0.04, floor: 0.01, seconds_per_pixel: 1e-3 };
+    const LAW: Law = Law { spp: 16.0, noise: 0.04, floor: 0.01, seconds_per_pixel: 1e-3, uncertainty: 0.1 };
 
     #[test]
     fn samples_follow_from_the_law() {

@@ -53,6 +53,11 @@ pub struct Catalogue {
 /// others, and highlights.
 pub fn base(scene: &Scene, engine: Engine, spp: u32) -> Way {
     let way = Way { name: "base".into(), settings: vec![], engine, spp, noise: None, claim: Claim::Unbiased };
+    // A clamp cannot be unsaid; one that is never reached is none.
+    let way = match scene.settings.clamp_indirect {
+        Some(_) => way.with("settings.clamp_indirect", "1e30"),
+        None => way,
+    };
     way.with("settings.max_depth", scene.settings.max_depth.max(8))
         .with("settings.at_max_depth", "\"roulette\"")
         .with("settings.glossy_samples", 1)

@@ -7,9 +7,9 @@
 //!   enters, since no factor's noise meets itself;
 //! * relMSE, the expected error of one picture against the truth, is their sum.
 //!
-//! All are weighted by `1 / (r + 0.01)^2` per channel, as `gloss diff` weights its relMSE. Pixels have independent random numbers, so the spread over
-//! pixels gives each mean its standard error, and the reference's own error is in it. Where a bias varies over the picture,
-//! that spread is too large rather than too small.
+//! All are weighted by `1 / (r + 0.01)^2` per channel, as `gloss diff` weights its relMSE. Pixels have independent
+//! random numbers, so the spread over pixels gives each mean its standard error, and the reference's own error is in it.
+//! Where a bias varies over the picture, that spread is too large rather than too small.
 
 use crate::core::Rgb;
 use serde::{Deserialize, Serialize};
@@ -48,6 +48,11 @@ impl Estimate {
         let variance = measured.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
         let reach = student_95(measured.len() - 1) * (variance / n).sqrt();
         Self { value: mean, low: mean - reach, high: mean + reach }
+    }
+
+    /// Half of the interval by the number.
+    pub fn relative_reach(&self) -> f64 {
+        0.5 * (self.high - self.low) / self.value.abs().max(1e-300)
     }
 
     /// Whether the intervals of both have something in common.

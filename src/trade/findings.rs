@@ -201,8 +201,13 @@ fn found(way: &Way, measured: &Measured, state: &State) -> Found {
         law: Law {
             spp,
             noise: errors.noise.value,
-            floor: if errors.bias.is_positive() { errors.bias.value } else { 0.0 },
+            floor: match verdict {
+                Verdict::Unbiased => 0.0,
+                Verdict::NoBiasFound => errors.bias.bound(),
+                Verdict::Floor | Verdict::UnexpectedBias => errors.bias.value,
+            },
             seconds_per_pixel: cpu_seconds.median / (width * height),
+            uncertainty: cpu_seconds.mean.relative_reach().hypot(errors.noise.relative_reach()),
         },
         on_front: false,
         dominated_by: None,

@@ -24,6 +24,8 @@ pub enum Knob {
     Sampler,
     /// The same samples everywhere, or where the noise is
     Adaptive,
+    /// The most radiance that light reflected more than once brings a sample
+    Clamp,
     /// How much of what hides the environment a glossy reflection heeds
     Occlusion,
     /// Which of Embree's calls are asked
@@ -41,7 +43,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -50,6 +52,7 @@ impl Knob {
         Self::DirectLight,
         Self::Sampler,
         Self::Adaptive,
+        Self::Clamp,
         Self::Occlusion,
         Self::EmbreeMode,
         Self::Robust,
@@ -78,7 +81,9 @@ impl Knob {
             Self::Horizon if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if scene.lights.environment.is_none() => Some("there is no environment"),
-            Self::Depth | Self::End | Self::SelfHit if !plan.bounces => Some("nothing reflects"),
+            Self::Depth | Self::End | Self::SelfHit | Self::Clamp if !plan.bounces => {
+                Some("nothing reflects")
+            }
             Self::DirectLight if !plan.samples_lights => Some("no light is sampled"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
@@ -99,6 +104,7 @@ impl Knob {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
             Self::Adaptive => adaptive(base),
+            Self::Clamp => clamps(base),
             Self::Occlusion => {
                 let modes = ["exact", "!none", "!ao", "!cone", "!mirror-visibility", "!sh"];
                 named(base, "settings.occlusion", &modes)
@@ -214,6 +220,15 @@ fn horizons(scene: &Scene, base: &Way) -> Vec<Choice> {
         (name(&horizon), Ok(Way { claim, ..way }))
     };
     all.map(choice).into()
+}
+
+fn clamps(base: &Way) -> Vec<Choice> {
+    let clamp = |most: u32| {
+        let way = Way { claim: Claim::Biased, ..base.clone().with("settings.clamp_indirect", most) };
+        (most.to_string(), Ok(way))
+    };
+    let off = ("off".to_owned(), Ok(base.clone()));
+    [1, 3, 10].map(clamp).into_iter().chain([off]).collect()
 }
 
 fn adaptive(base: &Way) -> Vec<Choice> {

@@ -163,7 +163,8 @@ impl Run<'_> {
         Ok(Stopped::Rounds)
     }
 
-    /// One picture of each way, or none of any: what a broken-off round has is forgotten, so that all ways have the same number.
+    /// One picture of each way, or none of any: what a broken-off round has is forgotten, so that all ways have the
+    /// same number.
     fn round(&mut self, state: &mut State, round: u32) -> Result<bool, String> {
         let mut taken: Vec<Option<Shot>> = vec![None; state.catalogue.ways.len()];
         let mut failed: Vec<(usize, String)> = vec![];
@@ -215,8 +216,8 @@ fn reference_seed(seed: u32, shot: u32) -> u32 {
     crate::core::sampler::hash(seed ^ 0x5eed_0000).wrapping_add(shot)
 }
 
-/// All ways of a round draw the same numbers: where two differ in nothing that the numbers meet, neither do their errors,
-/// and what is left to compare is their cost.
+/// All ways of a round draw the same numbers: where two differ in nothing that the numbers meet, neither do their
+/// errors, and what is left to compare is their cost.
 fn round_seed(seed: u32, round: u32) -> u32 {
     reference_seed(seed, REFERENCE_SHOTS).wrapping_add(round)
 }

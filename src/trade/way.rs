@@ -65,6 +65,12 @@ impl Way {
         self.settings.iter().map(|(path, value)| Override::new(path, value)).collect()
     }
 
+    /// Whether its numbers are a pattern of so many points as there are samples, whose error falls by a law of its own.
+    pub fn has_a_pattern(&self) -> bool {
+        let sampler = self.settings.iter().find(|(path, _)| path == "settings.sampler");
+        sampler.is_some_and(|(_, kind)| kind.contains("regular") || kind.contains("hammersley"))
+    }
+
     /// Whether both give the same pictures by the same work.
     pub fn is_same(&self, other: &Self) -> bool {
         let sorted = |way: &Self| {
@@ -97,6 +103,7 @@ mod tests {
         b = b.with("settings.max_depth", 2);
         b.name = "b".into();
         assert!(a.is_same(&b));
+        assert!(!b.has_a_pattern() && b.clone().with("settings.sampler", "\"regular\"").has_a_pattern());
         b.spp = 5;
         assert!(!a.is_same(&b));
         assert_eq!(a.overrides()[0].to_string(), "settings.max_depth=2");
