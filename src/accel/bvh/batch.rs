@@ -18,6 +18,13 @@ const BATCH: usize = 4096;
 /// Batches shorter than this are not binned.
 const LEAST_BATCH: usize = 64;
 
+/// A packet that needs more leaves than this met triangles smaller than the gaps between its rays, and is slower than
+/// they are singly.
+const MOST_LEAVES: usize = 12;
+
+/// Groups of eight that go singly after such a packet.
+const REST: usize = 15;
+
 /// How rays may be grouped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grouping {
@@ -94,11 +101,15 @@ impl Kernel for Packets<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
+        let mut singly = 0;
         for (rays, hits) in self.rays.chunks(PACKET).zip(self.hits.chunks_mut(PACKET)) {
-            if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
+            if singly > 0 {
+                singly -= 1;
+            } else if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
                 && let Some(packet) = Packet::new(simd, self.data, rays)
             {
-                packet::traverse(simd, self.data, rays, &packet, &mut stack, hits);
+                let leaves = packet::traverse(simd, self.data, rays, &packet, &mut stack, hits);
+                singly = if leaves > MOST_LEAVES { REST } else { 0 };
                 continue;
             }
             for (ray, hit) in rays.iter().zip(hits) {

@@ -186,7 +186,7 @@ impl<F: Lanes<PACKET>> Found<F> {
     }
 }
 
-/// Closest hits of a packet.
+/// Closest hits of a packet, and how many leaves it took to find them.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     simd: S,
@@ -195,12 +195,12 @@ pub(super) fn traverse<S: Simd>(
     packet: &Packet<S::F8>,
     stack: &mut Stack,
     hits: &mut [Option<Hit>],
-) {
+) -> usize {
     let zero = simd.splat8(0.0);
     let nowhere = simd.splat8(f32::from_bits(Place::NONE.0));
     let mut found = Found { t: packet.t_max, v: zero, w: zero, det: zero, places: nowhere };
     let mut limit = range(found.t).1 * CULL_INFLATION;
-    let mut top = 0;
+    let (mut top, mut leaves) = (0, 0);
     let mut current = data.root;
     'nodes: loop {
         while !current.is_leaf() {
@@ -217,6 +217,7 @@ pub(super) fn traverse<S: Simd>(
                 current = push_sorted(simd, data, node, near, mask, stack, &mut top);
             }
         }
+        leaves += 1;
         if leaf(simd, data, rays, packet, current, &mut found) {
             limit = range(found.t).1 * CULL_INFLATION;
         }
@@ -234,6 +235,7 @@ pub(super) fn traverse<S: Simd>(
             Hit { t: t[i], u: u[i], v: v[i], geom_id, prim_id }
         });
     }
+    leaves
 }
 
 /// The rays against the primitives of a leaf. Whether any found something better.
