@@ -90,7 +90,7 @@ impl Integrator<'_> {
             root.add(self.bounded(seen, path.depth + 1), out.tally);
         }
         if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
-            self.reflect_environment(path, &point, &bsdf, root, out);
+            self.reflect_environment(path, &point, bsdf, root, out);
         }
         if self.samples_lights {
             match self.sample_light(&from, &leaving, &numbers) {
