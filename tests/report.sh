@@ -34,9 +34,8 @@ browse() {
 
 # What both reports are measured for, and what each has of its own: `found` is told to the page around it.
 cat > "$out/measure.js" <<'JS'
-addEventListener('load', () => setTimeout(async () => {
+addEventListener('load', () => setTimeout(() => {
   const all = (query) => [...document.querySelectorAll(query)];
-  await Promise.all(all('img').map((i) => i.decode().catch(() => 0)));
   const found = {
     wide: document.documentElement.scrollWidth > innerWidth,
     broken: all('img').filter((i) => i.offsetParent && (!i.naturalWidth || i.getBoundingClientRect().width < 60)).length,
@@ -45,7 +44,7 @@ addEventListener('load', () => setTimeout(async () => {
   };
   OWN(found, all);
   parent.postMessage(JSON.stringify(found), '*');
-}, 100));
+}, 500));
 JS
 cat > "$out/compare.js" <<'JS'
 const OWN = (found, all) => {
@@ -63,7 +62,7 @@ const OWN = (found, all) => {
   const ways = JSON.parse(document.getElementById('findings').textContent).ways;
   const part = document.querySelector('.knob');
   const points = [...part.querySelectorAll('.point')];
-  const shot = () => part.querySelector('.shot').src;
+  const told = () => part.querySelector('.panel p').textContent;
   found.points = points.length === ways.length;
   // No dot is drawn outside of its chart.
   found.outside_chart = all('.plot').filter((plot) => {
@@ -75,21 +74,20 @@ const OWN = (found, all) => {
   }).length;
   found.charts = all('.plot').length === all('.knob').length;
   found.guides = all('.plot').every((plot) => plot.querySelector('.guide'));
-  found.letters = Math.min(...all('.plot text').map((t) => t.getBoundingClientRect().height)) > 8;
-  // The arrow keys go from point to point, each shows its own picture, and so does a button.
-  const first = shot();
+  found.letters = Math.min(...all('.plot text').filter((t) => t.textContent).map((t) => t.getBoundingClientRect().height)) > 8;
+  // The arrow keys go from point to point, each tells of itself, and so does a button.
   points[0].focus();
-  const seen = new Set([first]);
+  const seen = new Set([told()]);
   for (let i = 0; i < 4; i++) {
     document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight', bubbles: true }));
-    seen.add(shot());
+    seen.add(told());
   }
-  found.keys = seen.size > 3 && document.activeElement === points[4];
+  found.keys = seen.size === 5 && document.activeElement === points[4];
   const last = all('.knob').pop();
   const buttons = [...last.querySelectorAll('button')];
   buttons[1].click();
   found.pressed = last.querySelectorAll('[aria-pressed=true]').length === 1 && buttons[1].getAttribute('aria-pressed') === 'true';
-  found.told = part.querySelector('.panel p').textContent.includes('relMSE');
+  found.told = told().includes('relMSE') && part.querySelector('.shot').naturalWidth > 1;
 };
 JS
 
