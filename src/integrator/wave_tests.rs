@@ -47,6 +47,7 @@ const ROOM: &str = r#"
     [settings]
     spp = 9
     max_depth = 12
+    roulette_from = 13
     at_max_depth = "black"
     glossy_samples = { branch = 9 }
     [camera]
