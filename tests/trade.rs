@@ -193,8 +193,10 @@ fn advice_is_the_best_of_the_made_up_ways() {
     // 1e-4 lies below the bias of the fast way: of the others the clever one is twice as good as the base.
     let exact = &found.advice[0];
     assert_eq!(exact.name, "clever");
+    // The noise may be larger than its mean was: some samples are added for that.
     let spp = 0.01 / 1.01f64.powi(2) / 1e-4;
-    assert!((f64::from(exact.spp) / spp - 1.0).abs() < 0.05, "{exact:?}");
+    let more = f64::from(exact.spp) / spp;
+    assert!(more > 0.99 && more < 1.25, "{exact:?}");
     assert!((exact.seconds / (f64::from(exact.spp) * 2e-3 * 100.0) - 1.0).abs() < 0.1, "{exact:?}");
     assert!((exact.times_the_base.unwrap() - 2.0).abs() < 0.3, "{exact:?}");
     // A large error allows the bias; a long time does not.

@@ -199,7 +199,7 @@ impl Default for Settings {
             spp: 64,
             max_depth: 8,
             at_max_depth: AtMaxDepth::default(),
-            roulette_from: 2,
+            roulette_from: 3,
             glossy_samples: GlossySamples::First(1),
             horizon: Horizon::default(),
             self_hit: SelfHit::default(),

@@ -40,17 +40,23 @@ impl Law {
         self.seconds_per_pixel * pixels * spp / self.spp
     }
 
-    /// The least samples per pixel that reach an error, or the most that a time allows for so many pixels; `None` if
-    /// there are none.
+    /// The least samples per pixel that reach an error even if the noise is as large as its interval allows, or the
+    /// most that a time allows for so many pixels; `None` if there are none.
     pub fn spp_for(&self, target: Target, pixels: f64) -> Option<u32> {
         let spp = match target {
             Target::Error(error) if error <= self.floor => return None,
-            Target::Error(error) => (self.noise * self.spp / (error - self.floor)).ceil().max(1.0),
+            Target::Error(error) => {
+                let noise = self.noise * (1.0 + self.uncertainty.min(MOST_CAUTION));
+                (noise * self.spp / (error - self.floor)).ceil().max(1.0)
+            }
             Target::Time(seconds) => (seconds / self.seconds(1.0, pixels)).floor(),
         };
         (1.0..=MOST_SPP).contains(&spp).then_some(spp as u32)
     }
 }
+
+/// Two rounds know next to nothing of their own uncertainty: no more than this much of the noise is added for it.
+const MOST_CAUTION: f64 = 0.5;
 
 /// More samples per pixel than these are no advice.
 const MOST_SPP: f64 = 16_777_216.0;
@@ -121,7 +127,9 @@ mod tests {
 
     #[test]
     fn samples_follow_from_the_law() {
-        assert_eq!(LAW.spp_for(Target::Error(0.02), 100.0), Some(64));
+        assert_eq!(LAW.spp_for(Target::Error(0.02), 100.0), Some(71));
+        let certain = Law { uncertainty: 0.0, ..LAW };
+        assert_eq!(certain.spp_for(Target::Error(0.02), 100.0), Some(64));
         assert!((LAW.error(64.0) - 0.02).abs() < 1e-12);
         assert!((LAW.seconds(64.0, 100.0) - 0.4).abs() < 1e-12);
         assert_eq!(LAW.spp_for(Target::Error(0.01), 100.0), None, "the bias stays");
