@@ -22,7 +22,7 @@ pub struct SurfaceInteraction {
     pub prim_id: u32,
     /// Whether the primitive is flat, so that no ray that leaves it can come back to it.
     pub flat: bool,
-    /// Height over a flat primitive from which no test in f32 finds it again: see [`clearance`]. Infinite for others.
+    /// Height over a flat primitive from which no test in f32 finds it again: see the function `clearance`. Infinite for others.
     pub clearance: f32,
 }
 

@@ -5,7 +5,7 @@
 //! time with another seed. [`Findings`] say of each way what it costs, how much of its error is noise and how much
 //! bias, which ways no other beats, and which to take for a given error or time ([`Advice`]).
 //!
-//! Read [`catalogue`], [`run`](mod@run), then [`estimate`], where errors are taken apart; [`bench`] is the workbench that
+//! Read [`catalogue`], [`run`](mod@run), then [`estimate`], where errors are taken apart; [`bench`](mod@bench) is the workbench that
 //! really renders, [`state`] what a run that was broken off goes on from; [`text`], [`csv`] and [`page`] tell it.
 
 pub mod advice;
