@@ -10,7 +10,6 @@ use crate::image_io::{ExrOptions, Format, Image, ImageError, write_exr, write_pn
 use crate::render::{Outcome, Progress, RenderOptions, StopReason, aov_channels, render};
 use crate::scene::{GeometryCache, Plan, Scene, load_with};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -138,7 +137,7 @@ impl Workshop {
         let skip = if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None };
         if let Some(kept) = &mut self.structure
             && (kept.skip == SkipSupport::Any || kept.skip == skip)
-            && same_shapes(&kept.shapes, &scene.shapes)
+            && kept.shapes == scene.shapes
         {
             record.backend = kept.accel.info().name;
             record.structure_kept = true;
@@ -186,16 +185,6 @@ fn make_directories(picture: &Picture) -> Result<(), ImageError> {
         })?;
     }
     Ok(())
-}
-
-/// Whether a structure over `a` answers for `b`.
-fn same_shapes(a: &[Shape], b: &[Shape]) -> bool {
-    let same = |pair: (&Shape, &Shape)| match pair {
-        (Shape::Mesh(a), Shape::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
-        (Shape::Spheres(a), Shape::Spheres(b)) => Arc::ptr_eq(a, b) || a == b,
-        _ => false,
-    };
-    a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
 fn image_of(film: &Film) -> Image {

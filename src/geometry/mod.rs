@@ -32,6 +32,17 @@ pub enum Shape {
     Spheres(Arc<[Sphere]>),
 }
 
+/// Equal if they are one and the same, or hold the same: then a structure over one answers for the other.
+impl PartialEq for Shape {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Mesh(a), Self::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
+            (Self::Spheres(a), Self::Spheres(b)) => Arc::ptr_eq(a, b) || a == b,
+            _ => false,
+        }
+    }
+}
+
 impl Shape {
     /// Number of primitives.
     pub fn primitive_count(&self) -> usize {

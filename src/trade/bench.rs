@@ -10,7 +10,6 @@ use crate::scene::{GeometryCache, Override, Plan, Scene, load_with};
 use crate::trace::clock;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -120,7 +119,7 @@ impl<'a> Bench<'a> {
         let scene = &self.scenes[key];
         let skip = if Plan::of(scene).needs_skip { SkipSupport::Any } else { SkipSupport::None };
         let known = self.structures.iter().position(|known| {
-            known.engine == way.engine && known.skip == skip && same_shapes(&known.shapes, &scene.shapes)
+            known.engine == way.engine && known.skip == skip && known.shapes == scene.shapes
         });
         if let Some(known) = known {
             return Ok(known);
@@ -143,16 +142,6 @@ impl Workbench for Bench<'_> {
     fn seconds(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
-}
-
-/// Whether a structure over `a` answers for `b`.
-fn same_shapes(a: &[Shape], b: &[Shape]) -> bool {
-    let same = |pair: (&Shape, &Shape)| match pair {
-        (Shape::Mesh(a), Shape::Mesh(b)) => Arc::ptr_eq(a, b) || a == b,
-        (Shape::Spheres(a), Shape::Spheres(b)) => Arc::ptr_eq(a, b) || a == b,
-        _ => false,
-    };
-    a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
 /// Columns and rows of the scene's shape with which one picture of the base takes about `seconds`, given what a

@@ -3,6 +3,7 @@
 use super::way::{Claim, Engine, Way};
 use crate::accel::{Backend, EmbreeMode, Quality};
 use crate::scene::{Plan, Scene, Specular};
+use clap::ValueEnum;
 
 /// Something that can be turned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, clap::ValueEnum)]
@@ -111,7 +112,10 @@ impl Knob {
             }
             Self::EmbreeMode => engines(
                 base,
-                &EMBREE_MODES.map(|mode| (name(&mode), Engine { embree_mode: mode, ..base.engine })),
+                &EmbreeMode::value_variants()
+                    .iter()
+                    .map(|&mode| (name(&mode), Engine { embree_mode: mode, ..base.engine }))
+                    .collect::<Vec<_>>(),
             ),
             Self::Robust => engines(
                 base,
@@ -133,16 +137,7 @@ impl Knob {
     }
 }
 
-const EMBREE_MODES: [EmbreeMode; 6] = [
-    EmbreeMode::Auto,
-    EmbreeMode::Single,
-    EmbreeMode::Packet4,
-    EmbreeMode::Packet8,
-    EmbreeMode::Packet16,
-    EmbreeMode::Stream,
-];
-
-fn name(value: &impl clap::ValueEnum) -> String {
+fn name(value: &impl ValueEnum) -> String {
     value.to_possible_value().expect("none is hidden").get_name().to_owned()
 }
 

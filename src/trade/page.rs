@@ -4,6 +4,7 @@ use super::findings::{Findings, Found, Verdict, flip_of};
 use super::state::State;
 use super::{chart, text};
 use crate::core::Rgb;
+use crate::image_io::srgb;
 use crate::report::raster::Raster;
 use crate::report::{data, escape, scripted_page, section, table};
 use serde_json::json;
@@ -235,8 +236,7 @@ fn pictures(state: &State, exposure: f32) -> String {
 
 /// Linear light of an sRGB byte.
 fn of_byte(byte: u8) -> f32 {
-    let x = f32::from(byte) / 255.0;
-    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+    srgb::decode(f32::from(byte) / 255.0)
 }
 
 /// Means of blocks of pixels, as large as bring the longer side below [`LARGEST`].
@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn bytes_come_back() {
         for byte in [0, 1, 10, 11, 128, 255] {
-            assert_eq!(crate::image_io::srgb::encode_8_bit(Rgb::grey(of_byte(byte)))[0], byte);
+            assert_eq!(srgb::encode_8_bit(Rgb::grey(of_byte(byte)))[0], byte);
         }
     }
 }
