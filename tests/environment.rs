@@ -56,7 +56,7 @@ fn only(environment: Environment) -> Lights {
     Lights::new(vec![], Some(environment))
 }
 
-const RECEIVER: Receiver = Receiver { p: Vec3::ZERO, n: Vec3::new(0.6, 0.48, -0.64) };
+const RECEIVER: Receiver = Receiver { p: Vec3::ZERO, n: Vec3::new(0.6, 0.48, -0.64), lobes_look: false };
 
 /// Means of `le` and of the density over the sphere by the midpoint rule in (u, v), each times 4 pi.
 fn integrals(lights: &Lights) -> [f64; 2] {
@@ -259,13 +259,13 @@ fn a_product_shot_lights_a_white_sphere_to_about_one() {
         samples.sum::<f32>() / 20_000.0 / PI as f32
     };
     let n = Vec3::new(-0.3, 0.5, 0.8).normalize();
-    let radiance = front(&Receiver { p: Vec3::ZERO, n });
+    let radiance = front(&Receiver { p: Vec3::ZERO, n, lobes_look: false });
     assert!((0.7..1.3).contains(&radiance), "{radiance}");
 }
 
 #[test]
 fn near_far_and_surrounding_light_add_up() {
-    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y };
+    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: false };
     let lights = || {
         vec![
             Light::rectangle(Vec3::new(1.0, 2.0, 0.0), Vec3::X, Vec3::Z, Rgb::WHITE, false),

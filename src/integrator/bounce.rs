@@ -88,6 +88,8 @@ pub(super) struct Leaving {
     pub emission_only: [bool; Bsdf::MAX_LOBES],
     /// The numbers for the ray of the lobe that was chosen, if one was.
     chosen: Option<[f32; 2]>,
+    /// Whether each lobe that takes light from lights has rays that may find it.
+    pub lobes_look: bool,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
     /// The next ray to be made: its lobe and its number there.
@@ -175,6 +177,8 @@ impl Integrator<'_> {
         if lobes > 1 && split == 1 {
             leaving.choose_one(at, bsdf, choice);
         }
+        leaving.lobes_look = self.scene.settings.direct_light == DirectLight::Mis
+            && bsdf.lobes().zip(leaving.rate).all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
         leaving
     }
 
@@ -297,6 +301,7 @@ impl Integrator<'_> {
                 sample.ln_pdf + ln_rate(rate)
             },
             receiver_n: point.at.n,
+            lobes_look: leaving.lobes_look,
             emission_only: leaving.emission_only[lobe],
             followed: leaving.followed == Some(lobe) && index == path.index.wrapping_mul(leaving.count[lobe]),
         };

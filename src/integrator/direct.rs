@@ -37,15 +37,10 @@ impl Integrator<'_> {
         numbers: &Numbers,
     ) -> Option<Unoccluded> {
         let Reached { path, point, bsdf } = from;
-        let takes_light = |bxdf: &Bxdf| match bxdf.kind() {
-            LobeKind::Delta => false,
-            LobeKind::Glossy => self.scene.settings.highlights,
-            LobeKind::Diffuse => true,
-        };
-        if !bsdf.lobes().any(takes_light) {
+        if !bsdf.lobes().any(|bxdf| self.takes_light(bxdf)) {
             return None;
         }
-        let receiver = Receiver { p: point.p, n: point.at.n };
+        let receiver = Receiver { p: point.p, n: point.at.n, lobes_look: leaving.lobes_look };
         let light = self.scene.lights.sample(&receiver, numbers.choice[1], numbers.light)?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
@@ -58,6 +53,16 @@ impl Integrator<'_> {
         let ray =
             light.shadow.then(|| point.spawn_shadow(light.wi, light.t_max, self.scene.settings.self_hit));
         Some(Unoccluded { radiance, ray })
+    }
+
+    /// Whether light samples are worth taking for this lobe.
+    #[inline]
+    pub(super) fn takes_light(&self, bxdf: &Bxdf) -> bool {
+        match bxdf.kind() {
+            LobeKind::Delta => false,
+            LobeKind::Glossy => self.scene.settings.highlights,
+            LobeKind::Diffuse => true,
+        }
     }
 
     /// What a lobe reflects of a light sample, by how much that counts where `rate` rays of the lobe might find the
@@ -111,7 +116,7 @@ impl Integrator<'_> {
     /// How much the emission counts that a path's ray has found on a surface.
     pub(super) fn emitter_weight(&self, path: &Path, ray: &Ray, hit: &EmitterHit) -> f32 {
         self.found_weight(path, || {
-            let receiver = Receiver { p: ray.origin, n: path.receiver_n };
+            let receiver = path.receiver(ray.origin);
             self.scene.lights.ln_pdf(&receiver, hit)
         })
     }
@@ -119,7 +124,7 @@ impl Integrator<'_> {
     /// How much the environment counts that a path's ray has found.
     pub(super) fn environment_weight(&self, path: &Path, ray: &Ray) -> f32 {
         self.found_weight(path, || {
-            let receiver = Receiver { p: ray.origin, n: path.receiver_n };
+            let receiver = path.receiver(ray.origin);
             self.scene.lights.ln_pdf_environment(&receiver, ray.dir)
         })
     }

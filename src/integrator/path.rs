@@ -4,7 +4,7 @@ use super::bounce::{Leaving, Reached};
 use super::tally::RayClass;
 use crate::bxdf::Bsdf;
 use crate::core::{Ray, Rgb};
-use crate::scene::SurfaceInteraction;
+use crate::scene::{Receiver, SurfaceInteraction};
 use glam::Vec3;
 
 /// A path on its way along a ray.
@@ -27,6 +27,8 @@ pub(super) struct Path {
     pub ln_rate: f32,
     /// Normal of the surface that the ray left: what the light's density depends on.
     pub receiver_n: Vec3,
+    /// What the light's choice at that surface depended on: see [`Receiver::lobes_look`].
+    pub lobes_look: bool,
     /// Whether only light that comes straight from a light counts.
     pub emission_only: bool,
     /// Whether what it meets is what the camera sample shows: nothing but mirrors and the like came before.
@@ -45,9 +47,16 @@ impl Path {
             split,
             ln_rate: f32::INFINITY,
             receiver_n: Vec3::Z,
+            lobes_look: false,
             emission_only: false,
             followed: true,
         }
+    }
+
+    /// The surface at `origin` that the ray left, as lights saw it.
+    #[inline]
+    pub(super) fn receiver(&self, origin: Vec3) -> Receiver {
+        Receiver { p: origin, n: self.receiver_n, lobes_look: self.lobes_look }
     }
 }
 

@@ -24,7 +24,8 @@ mod triangle;
 
 pub use simd::Isa;
 
-use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence, exact};
+use super::exact::{self, EIGHT, EightPoints, Point};
+use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
 use batch::Grouping;
@@ -94,9 +95,9 @@ impl Bvh {
     ///
     /// The corners that it reads are those that shading needs next.
     #[inline]
-    fn polish(&self, ray: &Ray, hit: Hit) -> Option<Hit> {
+    fn polish(&self, ray: &Ray, hit: Hit, known: Option<Point>) -> Option<Hit> {
         let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize] else { return Some(hit) };
-        match exact::nearest_on_triangle(ray, mesh.triangle(hit.prim_id)) {
+        match known.or_else(|| exact::nearest_on_triangle(ray, mesh.triangle(hit.prim_id))) {
             Some(point) if point.is_near(ray) => {
                 let t = (point.t as f32).clamp(ray.t_min, ray.t_max);
                 Some(Hit { t, u: point.u as f32, v: point.v as f32, ..hit })
@@ -129,8 +130,11 @@ impl Accelerator for Bvh {
         if !self.exact {
             return;
         }
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = hit.and_then(|hit| self.polish(ray, hit));
+        for (rays, hits) in rays.chunks(EIGHT).zip(hits.chunks_mut(EIGHT)) {
+            let known = EightPoints::new(&self.shapes, rays, hits);
+            for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                *hit = hit.and_then(|hit| self.polish(ray, hit, known.get(lane)));
+            }
         }
     }
 

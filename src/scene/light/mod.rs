@@ -52,6 +52,9 @@ pub struct Receiver {
     pub p: Vec3,
     /// Its shading normal, on the viewer's side.
     pub n: Vec3,
+    /// Whether rays of its own lobes look for the same light and are weighed against the samples: broad light is theirs
+    /// to find.
+    pub lobes_look: bool,
 }
 
 /// A point of an emitter that a lobe's ray has found.

@@ -77,6 +77,11 @@ impl Environment {
         }
     }
 
+    /// Whether it is about as bright all around as a lobe can see it.
+    pub(super) fn is_broad(&self) -> bool {
+        matches!(self, Self::Constant(_) | Self::Gradient(_))
+    }
+
     /// About how much arrives on a surface: pi times the mean radiance of all directions.
     pub fn irradiance(&self) -> Rgb {
         let mean = match self {

@@ -1,7 +1,11 @@
 //! Where a ray meets one primitive, in f64: what brute force answers, and what an answer in f32 is polished to.
 //!
 //! Coordinates are f32, so the differences and products below lose next to nothing in f64, and an answer rounded
-//! to f32 is the same whoever found the primitive.
+//! to f32 is the same whoever found the primitive. Where f32 is as good, `eight` does it for eight rays at once.
+
+mod eight;
+
+pub(super) use eight::{EIGHT, EightPoints};
 
 use crate::core::Ray;
 use crate::geometry::Sphere;
