@@ -10,6 +10,7 @@ mod rgb;
 pub mod sampler;
 pub mod special;
 pub mod warp;
+pub mod lanes;
 mod wide;
 
 pub use fixed::Fixed;

@@ -24,8 +24,9 @@ mod triangle;
 
 pub use simd::Isa;
 
-use super::exact::{self, EIGHT, EightPoints, Point};
+use super::exact::{self, EightPoints, Point};
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
+use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
 use batch::Grouping;
@@ -130,7 +131,7 @@ impl Accelerator for Bvh {
         if !self.exact {
             return;
         }
-        for (rays, hits) in rays.chunks(EIGHT).zip(hits.chunks_mut(EIGHT)) {
+        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
             let known = EightPoints::new(&self.shapes, rays, hits);
             for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
                 *hit = hit.and_then(|hit| self.polish(ray, hit, known.get(lane)));

@@ -13,7 +13,8 @@ use super::query::{Care, Query};
 use super::scene::Scene;
 use super::single::{intersect_one, occluded_one};
 use crate::accel::Coherence;
-use crate::accel::exact::{self, EIGHT, EightPoints, Point};
+use crate::accel::exact::{self, EightPoints, Point};
+use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
 
@@ -69,7 +70,7 @@ impl Scene {
     /// Measured at 40 to 65 ns a hit on 5,000 triangles and 30 to 115 ns on 1.3 million, on a loaded machine: there
     /// the corners come from memory, and shading, which needs them next, finds them in the cache.
     pub(super) fn settle_exactly(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        for (rays, hits) in rays.chunks(EIGHT).zip(hits.chunks_mut(EIGHT)) {
+        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
             let known = EightPoints::new(self.shapes(), rays, hits);
             for (lane, (ray, answer)) in rays.iter().zip(hits).enumerate() {
                 let Some(found) = *answer else { continue };

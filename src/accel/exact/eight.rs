@@ -3,35 +3,9 @@
 //! Nearly all hits are such, and eight of them at once cost a quarter of what they cost one by one in f64.
 
 use super::Point;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Wide, widely};
 use crate::geometry::Shape;
-use glam::Vec3;
-
-/// Rays that are solved at once.
-pub(in crate::accel) const EIGHT: usize = 8;
-
-/// A number of each ray.
-type Numbers = [f32; EIGHT];
-
-/// A vector of each ray, by component.
-#[derive(Clone, Copy, Default)]
-struct Vectors {
-    x: Numbers,
-    y: Numbers,
-    z: Numbers,
-}
-
-impl Vectors {
-    #[inline(always)]
-    fn set(&mut self, lane: usize, v: Vec3) {
-        (self.x[lane], self.y[lane], self.z[lane]) = (v.x, v.y, v.z);
-    }
-
-    #[inline(always)]
-    fn get(&self, lane: usize) -> Vec3 {
-        Vec3::new(self.x[lane], self.y[lane], self.z[lane])
-    }
-}
 
 /// The determinant, as a part of the product of the lengths that it is made of, above which f32 will do.
 ///
@@ -44,10 +18,10 @@ const WELL_KNOWN: f32 = 1.0 / 2048.0;
 /// Points of up to eight rays on the triangles that they hit.
 pub(in crate::accel) struct EightPoints {
     /// Whether f32 will do.
-    known: [bool; EIGHT],
-    t: Numbers,
-    u: Numbers,
-    v: Numbers,
+    known: [bool; LANES],
+    t: Floats,
+    u: Floats,
+    v: Floats,
 }
 
 impl EightPoints {
@@ -83,7 +57,7 @@ impl Wide for Solve<'_> {
     #[inline(always)]
     fn run(self) -> EightPoints {
         let [mut origins, mut directions, mut a, mut b, mut c] = [Vectors::default(); 5];
-        for (lane, (ray, hit)) in self.rays.iter().zip(self.hits).enumerate().take(EIGHT) {
+        for (lane, (ray, hit)) in self.rays.iter().zip(self.hits).enumerate().take(LANES) {
             let Some(hit) = hit else { continue };
             let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize] else { continue };
             let corners = mesh.triangle(hit.prim_id);
@@ -95,12 +69,12 @@ impl Wide for Solve<'_> {
         }
         // A lane without a triangle has no area there: its determinant is zero.
         let mut points = EightPoints {
-            known: [false; EIGHT],
-            t: Numbers::default(),
-            u: Numbers::default(),
-            v: Numbers::default(),
+            known: [false; LANES],
+            t: Floats::default(),
+            u: Floats::default(),
+            v: Floats::default(),
         };
-        for i in 0..EIGHT {
+        for i in 0..LANES {
             let (d, corner) = (directions.get(i), a.get(i));
             let (ab, ac, ao) = (b.get(i) - corner, c.get(i) - corner, origins.get(i) - corner);
             let (p, q) = (d.cross(ac), ao.cross(ab));
@@ -124,6 +98,7 @@ mod tests {
     use super::*;
     use crate::core::sampler::hash;
     use crate::geometry::TriangleMesh;
+    use glam::Vec3;
 
     #[test]
     fn what_is_known_is_as_f64_says_and_ordinary_hits_are_known() {

@@ -5,7 +5,7 @@
 
 mod eight;
 
-pub(super) use eight::{EIGHT, EightPoints};
+pub(super) use eight::EightPoints;
 
 use crate::core::Ray;
 use crate::geometry::Sphere;

@@ -28,7 +28,7 @@ pub struct RectangleLight {
 /// Beyond this many half diagonals from its centre a rectangle is sampled by area. From right before it the densities
 /// by area and by solid angle differ there by a tenth, at a slant by half at most, which is little beside what else
 /// varies, and a point takes a tenth of the time.
-const FAR: f64 = 4.0;
+const FAR: f64 = 2.0;
 
 /// Least solid angle that is trusted: below are rectangles seen edge-on, whose sample would be ill-conditioned.
 const LEAST_SOLID_ANGLE: f64 = 1e-6;
