@@ -5,12 +5,12 @@
 mod blue_noise;
 mod fixed;
 mod frame;
+pub mod lanes;
 mod ray;
 mod rgb;
 pub mod sampler;
 pub mod special;
 pub mod warp;
-pub mod lanes;
 mod wide;
 
 pub use fixed::Fixed;

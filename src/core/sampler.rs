@@ -9,6 +9,7 @@
 //! Sobol Sequence Fast, Elegant, and Compact*; Vegdahl 2021 for the hash's constants.
 
 use super::blue_noise;
+use super::lanes::{Floats, LANES};
 
 /// Which sequence of numbers a render draws from.
 #[derive(
@@ -90,26 +91,46 @@ impl Sampler {
         [to_unit(x), to_unit(y)]
     }
 
-    /// [`pair`](Self::pair) of several dimensions at once: the same numbers, sooner.
+    /// [`pair`](Self::pair) of eight samplers of a kind, each with its index and dimension: the same numbers, sooner.
     ///
-    /// Written step by step over all of them, so that a compiler may put them side by side.
+    /// # Panics
+    /// If the samplers are of several kinds.
     #[inline(always)]
-    pub fn pairs<const N: usize>(&self, index: u32, dimensions: [u32; N]) -> [[f32; 2]; N] {
-        if self.kind != SamplerKind::Sobol {
-            return dimensions.map(|dimension| self.pair(index, dimension));
+    pub fn pairs(
+        samplers: [&Self; LANES],
+        indices: [u32; LANES],
+        dimensions: [u32; LANES],
+    ) -> [[f32; 2]; LANES] {
+        let kind = samplers[0].kind;
+        assert!(samplers.iter().all(|sampler| sampler.kind == kind), "one kind of sampler");
+        if kind != SamplerKind::Sobol {
+            return Self::pairs_one_by_one(samplers, indices, dimensions);
         }
-        let index = index.reverse_bits();
-        let (mut x, mut y, mut x_key, mut y_key) = ([0; N], [0; N], [0; N], [0; N]);
-        for i in 0..N {
-            let key = pair_key(self.key, dimensions[i]);
-            [x[i], y[i]] = reversed_sobol_pair(permute(index, key).reverse_bits());
-            (x_key[i], y_key[i]) = (hash(key ^ X_KEY), hash(key ^ Y_KEY));
+        let mut keys = [0; LANES];
+        for (key, sampler) in keys.iter_mut().zip(samplers) {
+            *key = sampler.key;
         }
-        for i in 0..N {
-            x[i] = permute(x[i], x_key[i]).reverse_bits();
-            y[i] = permute(y[i], y_key[i]).reverse_bits();
+        let (mut x, mut y) = (Floats::default(), Floats::default());
+        for i in 0..LANES {
+            let key = pair_key(keys[i], dimensions[i]);
+            let [reversed_x, reversed_y] = reversed_sobol_pair(owen_scramble(indices[i], key));
+            x[i] = to_unit(permute(reversed_x, hash(key ^ X_KEY)).reverse_bits());
+            y[i] = to_unit(permute(reversed_y, hash(key ^ Y_KEY)).reverse_bits());
         }
-        std::array::from_fn(|i| [to_unit(x[i]), to_unit(y[i])])
+        let mut pairs = [[0.0; 2]; LANES];
+        for (pair, (x, y)) in pairs.iter_mut().zip(x.into_iter().zip(y)) {
+            *pair = [x, y];
+        }
+        pairs
+    }
+
+    #[cold]
+    fn pairs_one_by_one(
+        samplers: [&Self; LANES],
+        indices: [u32; LANES],
+        dimensions: [u32; LANES],
+    ) -> [[f32; 2]; LANES] {
+        std::array::from_fn(|i| samplers[i].pair(indices[i], dimensions[i]))
     }
 
     /// The middle of a cell.
@@ -136,19 +157,20 @@ const X_KEY: u32 = 0x68bc_21eb;
 const Y_KEY: u32 = 0x02e5_be93;
 
 /// The key of a pair, from that of its pixel.
-#[inline]
+#[inline(always)]
 fn pair_key(pixel_key: u32, dimension: u32) -> u32 {
     hash(pixel_key ^ dimension.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }
 
 /// The upper 24 bits as a number in `[0, 1)`.
-#[inline]
+#[inline(always)]
 fn to_unit(x: u32) -> f32 {
-    (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
+    // Signed, which converts faster.
+    (x >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32)
 }
 
 /// A bijective 32-bit hash of low bias (Wellons' search, `lowbias32`).
-#[inline]
+#[inline(always)]
 pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x21f0_aaad);
@@ -184,13 +206,13 @@ fn permuted(mut i: u32, count: u32, seed: u32) -> u32 {
 /// Owen scrambling of a number whose most significant bit decides first.
 ///
 /// The Laine-Karras permutation wants the bits reversed, so this takes and gives them in the natural order.
-#[inline]
+#[inline(always)]
 fn owen_scramble(x: u32, seed: u32) -> u32 {
     permute(x.reverse_bits(), seed).reverse_bits()
 }
 
 /// The Laine-Karras permutation, in which each bit depends on those below it only (Vegdahl 2021).
-#[inline]
+#[inline(always)]
 fn permute(mut v: u32, seed: u32) -> u32 {
     v ^= v.wrapping_mul(0x3d20_adea);
     v = v.wrapping_add(seed);
@@ -200,7 +222,7 @@ fn permute(mut v: u32, seed: u32) -> u32 {
 }
 
 /// Point `index` of the two-dimensional Sobol sequence, as 32-bit fractions with their bits reversed.
-#[inline]
+#[inline(always)]
 fn reversed_sobol_pair(index: u32) -> [u32; 2] {
     let mut v = index;
     // Output bit i is the sum of the index bits j that contain i (Pascal's triangle mod 2): a superset sum.
@@ -241,13 +263,16 @@ mod tests {
     }
 
     #[test]
-    fn several_pairs_at_once_are_the_pairs() {
+    fn eight_pairs_at_once_are_the_pairs() {
         for kind in [SamplerKind::Sobol, SamplerKind::Independent, SamplerKind::Regular] {
-            let sampler = Sampler::new(kind, 3, 17, 4).for_samples(12);
+            let samplers: [_; LANES] =
+                std::array::from_fn(|i| Sampler::new(kind, 3, 17 + i as u32, 4).for_samples(12));
             for index in (0..1000).chain([u32::MAX, 0x8000_0000]) {
-                let dimensions = [index % 7, 9, 4, 123_456];
-                let one_by_one = dimensions.map(|dimension| sampler.pair(index, dimension));
-                assert_eq!(sampler.pairs(index, dimensions), one_by_one);
+                let indices = std::array::from_fn(|i| index ^ i as u32);
+                let dimensions = [index % 7, 9, 4, 123_456, 0, 5, index, u32::MAX];
+                let one_by_one: [_; LANES] =
+                    std::array::from_fn(|i| samplers[i].pair(indices[i], dimensions[i]));
+                assert_eq!(Sampler::pairs(samplers.each_ref(), indices, dimensions), one_by_one);
             }
         }
     }

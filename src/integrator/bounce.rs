@@ -4,10 +4,12 @@ use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
+use crate::core::lanes::LANES;
 use crate::core::{Rgb, Sampler};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
 
 /// The numbers that nearly every surface needs, drawn together.
+#[derive(Clone, Copy)]
 pub(super) struct Numbers {
     /// The direction of the first lobe's ray, where it is one.
     pub lobe: [f32; 2],
@@ -20,14 +22,22 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// For the surface that `path` has reached.
+    /// For the surfaces that eight paths have reached.
     #[inline(always)]
-    pub(super) fn draw(sampler: &Sampler, path: &Path) -> Self {
-        let dimensions =
-            [Dimension::Lobe(0), Dimension::Choice, Dimension::LightDirection, Dimension::Survival];
-        let [lobe, choice, light, [survival, _]] =
-            sampler.pairs(path.index, dimensions.map(|dimension| dimension.at(path.depth)));
-        Self { lobe, choice, light, survival }
+    pub(super) fn draw(samplers: [&Sampler; LANES], paths: [&Path; LANES]) -> [Self; LANES] {
+        let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
+        for (lane, path) in paths.into_iter().enumerate() {
+            (indices[lane], depths[lane]) = (path.index, path.depth);
+        }
+        let lobe = Dimension::Lobe(0).draw(samplers, indices, depths);
+        let choice = Dimension::Choice.draw(samplers, indices, depths);
+        let light = Dimension::LightDirection.draw(samplers, indices, depths);
+        let survival = Dimension::Survival.draw(samplers, indices, depths);
+        let mut numbers = [Self { lobe: [0.0; 2], choice: [0.0; 2], light: [0.0; 2], survival: 0.0 }; LANES];
+        for (i, numbers) in numbers.iter_mut().enumerate() {
+            *numbers = Self { lobe: lobe[i], choice: choice[i], light: light[i], survival: survival[i][0] };
+        }
+        numbers
     }
 }
 
@@ -63,6 +73,21 @@ impl Dimension {
             Self::Occlusion => return 0x8000_0000 + depth,
         };
         1 + depth * Self::PER_VERTEX + offset
+    }
+
+    /// The pairs of eight surfaces, each at its own depth.
+    #[inline(always)]
+    fn draw(
+        self,
+        samplers: [&Sampler; LANES],
+        indices: [u32; LANES],
+        depths: [u32; LANES],
+    ) -> [[f32; 2]; LANES] {
+        let mut dimensions = [0; LANES];
+        for lane in 0..LANES {
+            dimensions[lane] = self.at(depths[lane]);
+        }
+        Sampler::pairs(samplers, indices, dimensions)
     }
 }
 

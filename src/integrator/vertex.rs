@@ -7,6 +7,7 @@ use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
 use super::wave::{Integrator, Root, Shadows};
 use crate::core::{Hit, Ray, Rgb};
+use crate::scene::SurfaceInteraction;
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
@@ -20,6 +21,21 @@ pub(super) struct Outgoing<'a> {
     pub trails: &'a mut [Trail],
     /// What is counted.
     pub tally: &'a mut Tally,
+}
+
+/// A surface at the end of a ray.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a> {
+    /// The path that the ray belongs to.
+    pub path: &'a Path,
+    /// The ray.
+    pub ray: &'a Ray,
+    /// What it hit.
+    pub hit: &'a Hit,
+    /// The point there.
+    pub point: &'a SurfaceInteraction,
+    /// The surface's random numbers.
+    pub numbers: &'a Numbers,
 }
 
 impl Integrator<'_> {
@@ -37,8 +53,8 @@ impl Integrator<'_> {
 
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
     #[inline(always)]
-    pub(super) fn shade(&self, path: &Path, ray: &Ray, hit: &Hit, root: &mut Root, out: &mut Outgoing) {
-        let point = self.scene.interaction(ray, hit);
+    pub(super) fn shade(&self, seen: &Seen, root: &mut Root, out: &mut Outgoing) {
+        let Seen { path, ray, hit, point, numbers } = *seen;
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
@@ -53,7 +69,7 @@ impl Integrator<'_> {
         {
             let weight = geometry
                 .light
-                .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, &point)));
+                .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, point)));
             root.add(self.bounded(path.beta * emission * weight, path.depth), out.tally);
         }
         if path.emission_only {
@@ -65,7 +81,7 @@ impl Integrator<'_> {
         }
         if !material.reflects() {
             if let Some(trail) = trail {
-                self.describe(path, &point, Rgb::BLACK, trail);
+                self.describe(path, point, Rgb::BLACK, trail);
             }
             return;
         }
@@ -79,29 +95,28 @@ impl Integrator<'_> {
                 &here
             }
         };
-        let numbers = Numbers::draw(&root.sampler, path);
         let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice);
         if let Some(trail) = trail {
-            leaving.followed = self.tell(path, &point, bsdf, &leaving, trail);
+            leaving.followed = self.tell(path, point, bsdf, &leaving, trail);
         }
-        let from = Reached { path, point: &point, bsdf };
+        let from = Reached { path, point, bsdf };
         if self.is_last(path) {
             let seen = self.end(path, &point.at, bsdf, &root.sampler, out.tally);
             root.add(self.bounded(seen, path.depth + 1), out.tally);
         }
         if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
-            self.reflect_environment(path, &point, bsdf, root, out);
+            self.reflect_environment(path, point, bsdf, root, out);
         }
         if self.samples_lights {
-            match self.sample_light(&from, &leaving, &numbers) {
+            match self.sample_light(&from, &leaving, numbers) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
                 Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),
                 None => {}
             }
         }
-        self.make_rays(&from, &mut leaving, &root.sampler, Some(&numbers), out.next);
+        self.make_rays(&from, &mut leaving, &root.sampler, Some(numbers), out.next);
         if leaving.remaining() > 0 {
-            out.waiting.push(Vertex { path: *path, point, bsdf: *bsdf, leaving });
+            out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving });
         }
     }
 }

@@ -1,11 +1,13 @@
 //! The wave loop: all paths of a wave take one step together.
 
+use super::bounce::Numbers;
 use super::guide::Trail;
 use super::path::{Path, Rays, Vertex, Wave};
 use super::tally::{RayClass, RayLog, Tally};
-use super::vertex::Outgoing;
+use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::Bsdf;
+use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect, RadianceSum};
 use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
@@ -251,12 +253,51 @@ impl<'a> Integrator<'a> {
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
         let mut out = Outgoing { next, waiting, shadows, trails, tally };
-        for ((path, ray), hit) in paths.iter().zip(rays).zip(&*hits) {
-            let root = &mut roots[path.slot as usize];
-            match hit {
-                Some(hit) => self.shade(path, ray, hit, root, &mut out),
-                None => root.add(self.miss(path, ray), out.tally),
+        let mut next = 0;
+        while next < hits.len() {
+            // The next eight hits, and misses on the way to them.
+            let (mut group, mut found) = ([0; LANES], 0);
+            while found < LANES && next < hits.len() {
+                if hits[next].is_some() {
+                    group[found] = next;
+                    found += 1;
+                } else {
+                    let path = &paths[next];
+                    roots[path.slot as usize].add(self.miss(path, &rays[next]), out.tally);
+                }
+                next += 1;
             }
+            self.shade_group(&group[..found], paths, rays, hits, roots, &mut out);
+        }
+    }
+
+    /// Shades up to eight hits, by their numbers: what all of them need is computed side by side.
+    #[inline(always)]
+    fn shade_group(
+        &self,
+        group: &[usize],
+        paths: &[Path],
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        roots: &mut [Root],
+        out: &mut Outgoing,
+    ) {
+        let Some(&first) = group.first() else { return };
+        // Lanes without a hit of their own repeat the first.
+        let first = (&rays[first], hits[first].as_ref().expect("a group is of hits"), &paths[first]);
+        let (mut found, mut from) = ([(first.0, first.1); LANES], [first.2; LANES]);
+        let mut samplers = [&roots[first.2.slot as usize].sampler; LANES];
+        for (lane, &i) in group.iter().enumerate() {
+            found[lane] = (&rays[i], hits[i].as_ref().expect("a group is of hits"));
+            from[lane] = &paths[i];
+            samplers[lane] = &roots[paths[i].slot as usize].sampler;
+        }
+        let points = self.scene.interactions(found);
+        let numbers = Numbers::draw(samplers, from);
+        for lane in 0..group.len() {
+            let ((ray, hit), path) = (found[lane], from[lane]);
+            let seen = Seen { path, ray, hit, point: &points[lane], numbers: &numbers[lane] };
+            self.shade(&seen, &mut roots[path.slot as usize], out);
         }
     }
 

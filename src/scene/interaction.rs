@@ -2,8 +2,9 @@
 
 use super::Scene;
 use crate::bxdf::Incidence;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Skip};
-use crate::geometry::Shape;
+use crate::geometry::{Shape, Sphere, TriangleMesh};
 use crate::scene::SelfHit;
 use glam::Vec3;
 
@@ -38,54 +39,155 @@ const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
 
 impl Scene {
     /// What `hit` means: the same for every backend.
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+        let [interaction, ..] = self.interactions([(ray, hit); LANES]);
+        interaction
+    }
+
+    /// What each of eight hits means.
     ///
     /// The point comes from the barycentric coordinates (pbrt-v4, 6.8.5), which bounds its error by the size of the
     /// coordinates and not by the length of the ray.
     #[inline(always)]
-    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let wo = -ray.dir;
-        let (p, error, ng, n, clearance) = match &self.shapes[hit.geom_id as usize] {
-            Shape::Mesh(mesh) => {
-                let corners = mesh.indices()[hit.prim_id as usize];
-                let [a, b, c] = corners.map(|v| mesh.positions()[v as usize]);
-                let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-                let p = weights[0] * a + weights[1] * b + weights[2] * c;
-                let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
-                let (ng, clearance) = plane(a, b, c);
-                let n = match mesh.normals() {
-                    [] => None,
-                    normals => {
-                        let [na, nb, nc] = corners.map(|v| normals[v as usize]);
-                        (weights[0] * na + weights[1] * nb + weights[2] * nc).try_normalize()
-                    }
-                };
-                (p, gamma(7.0) * ng.abs().dot(sum), ng, n, Some(clearance))
+    pub fn interactions(&self, hits: [(&Ray, &Hit); LANES]) -> [SurfaceInteraction; LANES] {
+        let mut triangles = Triangles::default();
+        for (lane, (ray, hit)) in hits.into_iter().enumerate() {
+            if let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize] {
+                triangles.set(lane, mesh, ray, hit);
             }
-            Shape::Spheres(spheres) => {
-                let sphere = spheres[hit.prim_id as usize];
-                let ng = sphere.normal_at(ray.at(hit.t));
-                let p = sphere.center + sphere.radius * ng;
-                let size = sphere.center.abs().max_element() + sphere.radius;
-                (p, gamma(16.0) * size, ng, None, None)
+        }
+        let points = triangles.points();
+        let mut interactions = [SurfaceInteraction::NOWHERE; LANES];
+        for (lane, (ray, hit)) in hits.into_iter().enumerate() {
+            interactions[lane] = match &self.shapes[hit.geom_id as usize] {
+                Shape::Mesh(_) => points.get(lane, ray, hit),
+                Shape::Spheres(spheres) => on_sphere(spheres[hit.prim_id as usize], ray, hit),
+            };
+        }
+        interactions
+    }
+}
+
+/// The point of a sphere that a ray hit.
+fn on_sphere(sphere: Sphere, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+    let wo = -ray.dir;
+    let ng = sphere.normal_at(ray.at(hit.t));
+    let error = gamma(16.0) * (sphere.center.abs().max_element() + sphere.radius);
+    let front = ng.dot(wo) >= 0.0;
+    let facing = if front { ng } else { -ng };
+    SurfaceInteraction {
+        p: sphere.center + sphere.radius * ng,
+        p_error: error.max(LEAST_OFFSET),
+        at: Incidence { wo, n: facing, ng: facing, front },
+        geom_id: hit.geom_id,
+        prim_id: hit.prim_id,
+        flat: false,
+        clearance: f32::INFINITY,
+    }
+}
+
+/// Eight triangles with a point of each and where it is seen from. Lanes without one have zeros, of which nobody asks
+/// what comes out.
+#[derive(Default)]
+struct Triangles {
+    corners: [Vectors; 3],
+    /// Normals at the corners; zeros where the mesh has none.
+    normals: [Vectors; 3],
+    u: Floats,
+    v: Floats,
+    wo: Vectors,
+}
+
+/// What [`Triangles::points`] finds.
+struct Points {
+    p: Vectors,
+    error: Floats,
+    ng: Vectors,
+    n: Vectors,
+    front: [bool; LANES],
+    clearance: Floats,
+}
+
+impl Triangles {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, mesh: &TriangleMesh, ray: &Ray, hit: &Hit) {
+        let corners = mesh.indices()[hit.prim_id as usize];
+        for (all, v) in self.corners.iter_mut().zip(corners) {
+            all.set(lane, mesh.positions()[v as usize]);
+        }
+        if let normals @ [_, ..] = mesh.normals() {
+            for (all, v) in self.normals.iter_mut().zip(corners) {
+                all.set(lane, normals[v as usize]);
             }
+        }
+        (self.u[lane], self.v[lane]) = (hit.u, hit.v);
+        self.wo.set(lane, -ray.dir);
+    }
+
+    #[inline(always)]
+    fn points(&self) -> Points {
+        let mut points = Points {
+            p: Vectors::default(),
+            error: Floats::default(),
+            ng: Vectors::default(),
+            n: Vectors::default(),
+            front: [false; LANES],
+            clearance: Floats::default(),
         };
-        let front = ng.dot(wo) >= 0.0;
-        let ng = if front { ng } else { -ng };
+        let mut bent = [false; LANES];
+        for i in 0..LANES {
+            let [a, b, c] = [self.corners[0].get(i), self.corners[1].get(i), self.corners[2].get(i)];
+            let weights = [1.0 - self.u[i] - self.v[i], self.u[i], self.v[i]];
+            points.p.set(i, weights[0] * a + weights[1] * b + weights[2] * c);
+            let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
+            let (ng, clearance) = plane(a, b, c);
+            points.error[i] = (gamma(7.0) * ng.abs().dot(sum)).max(LEAST_OFFSET);
+            points.clearance[i] = clearance;
+            let wo = self.wo.get(i);
+            let front = ng.dot(wo) >= 0.0;
+            let ng = if front { ng } else { -ng };
+            points.front[i] = front;
+            points.ng.set(i, ng);
+
+            let [na, nb, nc] = [self.normals[0].get(i), self.normals[1].get(i), self.normals[2].get(i)];
+            let n = weights[0] * na + weights[1] * nb + weights[2] * nc;
+            let scale = 1.0 / n.length();
+            let n = n * if n.dot(ng) < 0.0 { -scale } else { scale };
+            // Not where there is no normal, so that the scale is infinite.
+            let seen = (scale < f32::INFINITY) & (n.dot(wo) > 0.0);
+            points.n.set(i, if seen { n } else { ng });
+            bent[i] = seen & !mirror_leaves(n, ng, wo);
+        }
+        for i in (0..LANES).filter(|&i| bent[i]) {
+            points.n.set(i, bent_normal(points.n.get(i), points.ng.get(i), self.wo.get(i)));
+        }
+        points
+    }
+}
+
+impl Points {
+    #[inline(always)]
+    fn get(&self, lane: usize, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         SurfaceInteraction {
-            p,
-            p_error: error.max(LEAST_OFFSET),
-            at: Incidence { wo, n: n.map_or(ng, |n| shading_normal(n, ng, wo)), ng, front },
+            p: self.p.get(lane),
+            p_error: self.error[lane],
+            at: Incidence {
+                wo: -ray.dir,
+                n: self.n.get(lane),
+                ng: self.ng.get(lane),
+                front: self.front[lane],
+            },
             geom_id: hit.geom_id,
             prim_id: hit.prim_id,
-            flat: clearance.is_some(),
-            clearance: clearance.unwrap_or(f32::INFINITY),
+            flat: true,
+            clearance: self.clearance[lane],
         }
     }
 }
 
 /// The unit normal of a triangle, computed in f64, where the cross product of the edges does not cancel, and its
 /// [`clearance`].
-#[inline]
+#[inline(always)]
 fn plane(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, f32) {
     let longest_squared =
         (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
@@ -101,39 +203,45 @@ fn plane(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, f32) {
 /// A test finds the ray's parameter as `(v - o) . m / (d . m)`, `v` a corner and `m` the cross product of two edges.
 /// With `l` the longest edge and `eps = 2^-24`, `m` is off by at most `4 eps l^2`, so that the numerator has the
 /// wrong sign only below the height `4 eps l (1 + l^2 / |m|)`. Twice that is left.
-#[inline]
+#[inline(always)]
 fn clearance(longest_squared: f32, cross_length: f32) -> f32 {
-    if longest_squared > MOST_STRETCHED * cross_length || cross_length == 0.0 {
-        return f32::INFINITY;
-    }
-    4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length)
+    let height = 4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length);
+    let thin = (longest_squared > MOST_STRETCHED * cross_length) | (cross_length == 0.0);
+    if thin { f32::INFINITY } else { height }
 }
 
 /// The square of a triangle's longest edge over twice its area, above which a triangle is thin.
 const MOST_STRETCHED: f32 = 16.0;
 
-/// The interpolated normal on the viewer's side, bent towards `ng` as little as makes the mirror direction leave
-/// the surface; `ng` itself where the interpolated one faces away from the viewer.
-#[inline]
-fn shading_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
-    let n = if n.dot(ng) < 0.0 { -n } else { n };
-    let cos_o = n.dot(wo);
-    if cos_o <= 0.0 {
-        return ng;
-    }
-    // r . ng > 0 with r = 2 (n . wo) n - wo.
-    let leaves = |n: Vec3| 2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng);
-    if leaves(n) {
-        return n;
-    }
+/// Whether the mirror direction about `n` leaves the surface: `r . ng > 0` with `r = 2 (n . wo) n - wo`.
+#[inline(always)]
+fn mirror_leaves(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
+    2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng)
+}
+
+/// The interpolated normal `n`, which faces the viewer, bent towards `ng` as little as makes the mirror direction leave
+/// the surface.
+fn bent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
     // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng; not
     // where the two are so nearly opposite that nothing but rounding is left of their sum.
-    let r = 2.0 * cos_o * n - wo;
+    let r = 2.0 * n.dot(wo) * n - wo;
     let lifted = (r - ng * (r.dot(ng) - 0.01 * wo.dot(ng).max(1e-4))).try_normalize();
-    lifted.and_then(|r| (wo + r).try_normalize()).filter(|n| n.dot(wo) > 0.0 && leaves(*n)).unwrap_or(ng)
+    let halfway = lifted.and_then(|r| (wo + r).try_normalize());
+    halfway.filter(|n| n.dot(wo) > 0.0 && mirror_leaves(*n, ng, wo)).unwrap_or(ng)
 }
 
 impl SurfaceInteraction {
+    /// No point: what a place holds that is to be filled.
+    const NOWHERE: Self = Self {
+        p: Vec3::ZERO,
+        p_error: 0.0,
+        at: Incidence { wo: Vec3::Z, n: Vec3::Z, ng: Vec3::Z, front: true },
+        geom_id: 0,
+        prim_id: 0,
+        flat: false,
+        clearance: f32::INFINITY,
+    };
+
     /// A ray from this point along the unit vector `wi`, which does not hit the surface that it leaves.
     ///
     /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6).
@@ -198,7 +306,10 @@ mod tests {
             if wo.dot(ng) <= 0.0 {
                 continue;
             }
-            let bent = shading_normal(n, ng, wo);
+            if n.dot(wo) <= 0.0 {
+                continue;
+            }
+            let bent = if mirror_leaves(n, ng, wo) { n } else { bent_normal(n, ng, wo) };
             let r = 2.0 * bent.dot(wo) * bent - wo;
             assert!((bent.length() - 1.0).abs() < 1e-5, "{bent} is no unit vector");
             assert!(bent.dot(wo) > 0.0, "{i}: the viewer is behind {bent}");
