@@ -5,7 +5,7 @@ use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
 use crate::core::lanes::LANES;
-use crate::core::{Rgb, Sampler};
+use crate::core::{Rgb, Sampler, elementary};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
 
 /// The numbers that nearly every surface needs, drawn together.
@@ -22,9 +22,9 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// For the surfaces that eight paths have reached.
+    /// For the surfaces that eight paths have reached; `may_end` says whether one of them may end there by chance.
     #[inline(always)]
-    pub(super) fn draw(samplers: [&Sampler; LANES], paths: [&Path; LANES]) -> [Self; LANES] {
+    pub(super) fn draw(samplers: [&Sampler; LANES], paths: [&Path; LANES], may_end: bool) -> [Self; LANES] {
         let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
         for (lane, path) in paths.into_iter().enumerate() {
             (indices[lane], depths[lane]) = (path.index, path.depth);
@@ -32,7 +32,8 @@ impl Numbers {
         let lobe = Dimension::Lobe(0).draw(samplers, indices, depths);
         let choice = Dimension::Choice.draw(samplers, indices, depths);
         let light = Dimension::LightDirection.draw(samplers, indices, depths);
-        let survival = Dimension::Survival.draw(samplers, indices, depths);
+        let survival =
+            if may_end { Dimension::Survival.draw(samplers, indices, depths) } else { [[0.0; 2]; LANES] };
         let mut numbers = [Self { lobe: [0.0; 2], choice: [0.0; 2], light: [0.0; 2], survival: 0.0 }; LANES];
         for (i, numbers) in numbers.iter_mut().enumerate() {
             *numbers = Self { lobe: lobe[i], choice: choice[i], light: light[i], survival: survival[i][0] };
@@ -338,7 +339,7 @@ impl Integrator<'_> {
 /// The logarithm of a number of rays, which is mostly one.
 #[inline]
 pub(super) fn ln_rate(rate: f32) -> f32 {
-    if rate == 1.0 { 0.0 } else { rate.ln() }
+    if rate == 1.0 { 0.0 } else { elementary::ln(rate) }
 }
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.

@@ -156,7 +156,7 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 let block = Work { pixels: block, samples: first..last, ..*work };
-                self.start(film.rect, &block, scratch);
+                widely(Start { integrator: self, rect: film.rect, work: &block, scratch });
                 scratch.trails.clear();
                 if !film.guides.is_empty() {
                     scratch.trails.resize(scratch.roots.len(), Trail::default());
@@ -178,17 +178,18 @@ impl<'a> Integrator<'a> {
 
     /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
     /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
+    #[inline(always)]
     fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
         let settings = &self.scene.settings;
         scratch.roots.clear();
         scratch.wave.clear();
         let sampler_of =
             |&(x, y)| Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
-        for block in work.pixels.chunks(8) {
-            let samplers: [Sampler; 8] = std::array::from_fn(|i| sampler_of(&block[i % block.len()]));
+        for block in work.pixels.chunks(LANES) {
+            let samplers: [Sampler; LANES] = std::array::from_fn(|i| sampler_of(&block[i % block.len()]));
             for index in work.samples.clone() {
-                for (&(x, y), sampler) in block.iter().zip(samplers) {
-                    let [dx, dy] = sampler.pair(index, 0);
+                let places = Sampler::pairs(samplers.each_ref(), [index; LANES], [0; LANES]);
+                for ((&(x, y), sampler), [dx, dy]) in block.iter().zip(samplers).zip(places) {
                     let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
                     let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
                     scratch.wave.push(RayClass::Primary, path, Ray::new(self.scene.camera.eye, dir));
@@ -293,7 +294,8 @@ impl<'a> Integrator<'a> {
             samplers[lane] = &roots[paths[i].slot as usize].sampler;
         }
         let points = self.scene.interactions(found);
-        let numbers = Numbers::draw(samplers, from);
+        let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
+        let numbers = Numbers::draw(samplers, from, may_end);
         for lane in 0..group.len() {
             let ((ray, hit), path) = (found[lane], from[lane]);
             let seen = Seen { path, ray, hit, point: &points[lane], numbers: &numbers[lane] };
@@ -342,6 +344,23 @@ impl<'a> Integrator<'a> {
             }
         }
         wave.len() > 0
+    }
+}
+
+/// [`Integrator::start`], to be compiled for wide instructions.
+struct Start<'a, 'b> {
+    integrator: &'a Integrator<'b>,
+    rect: PixelRect,
+    work: &'a Work<'a>,
+    scratch: &'a mut Scratch,
+}
+
+impl Wide for Start<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.integrator.start(self.rect, self.work, self.scratch);
     }
 }
 

@@ -13,15 +13,10 @@ use super::query::{Care, Query};
 use super::scene::Scene;
 use super::single::{intersect_one, occluded_one};
 use crate::accel::Coherence;
-use crate::accel::exact::{self, EightPoints, Point};
+use crate::accel::exact::{self, AGREEMENT, EightPoints, Point};
 use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
-
-/// By how much `t` may differ from the exact one, as a part of the coordinates that it comes from, before the ray is
-/// asked again. Far above the error of an ordinary hit, so that asking again is rare, and far below what a picture
-/// shows.
-const AGREEMENT: f64 = 256.0 * f32::EPSILON as f64;
 
 /// What the primitive itself says of a hit; the hit has the exact numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +56,11 @@ fn verdict(shapes: &[Shape], ray: &Ray, found: Hit, known: Option<Point>) -> Ver
     }
     let hit = Hit { t, u: point.u as f32, v: point.v as f32, ..found };
     let apart = (point.t - f64::from(found.t)).abs() * f64::from(ray.dir.abs().max_element());
-    if apart <= AGREEMENT * point.size(ray) { Verdict::Right(hit) } else { Verdict::Elsewhere(hit) }
+    if apart <= f64::from(AGREEMENT) * point.size(ray) {
+        Verdict::Right(hit)
+    } else {
+        Verdict::Elsewhere(hit)
+    }
 }
 
 impl Scene {
@@ -74,8 +73,11 @@ impl Scene {
             let known = EightPoints::new(self.shapes(), rays, hits);
             for (lane, (ray, answer)) in rays.iter().zip(hits).enumerate() {
                 let Some(found) = *answer else { continue };
+                let confirmed = known.confirm(lane, &found);
                 *answer = if ray.skip.rejects(found.geom_id, found.prim_id) {
                     self.ask_again(ray, Care::Checking)
+                } else if confirmed.is_some() {
+                    confirmed
                 } else {
                     match verdict(self.shapes(), ray, found, known.get(lane)) {
                         Verdict::Right(hit) => Some(hit),

@@ -5,7 +5,7 @@
 
 mod eight;
 
-pub(super) use eight::EightPoints;
+pub(super) use eight::{AGREEMENT, EightPoints};
 
 use crate::core::Ray;
 use crate::geometry::Sphere;

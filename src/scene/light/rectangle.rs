@@ -2,7 +2,7 @@
 
 use super::spherical_rectangle::SphericalRectangle;
 use super::{EmitterHit, LightSample, Receiver, shadow_end};
-use crate::core::Rgb;
+use crate::core::{Rgb, elementary};
 use glam::{DVec3, Vec3};
 
 /// A rectangle that emits the same radiance everywhere.
@@ -112,24 +112,24 @@ impl RectangleLight {
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let p = to.p.as_dvec3();
         let height = self.height(p)?;
-        let (way, solid_angle) = match self.near(p, height) {
+        let (way, distance, solid_angle) = match self.near(p, height) {
             Some(seen) => {
                 let q = seen.sample(u);
                 let way = self.axes[0] * q.x + self.axes[1] * q.y + self.normal * q.z.copysign(-height);
-                (way, seen.solid_angle())
+                (way, way.length(), seen.solid_angle())
             }
             None => {
                 let way = self.corner + self.edges[0] * u[0] + self.edges[1] * u[1] - p;
                 let squared = way.length_squared();
-                (way, self.area * height.abs() / (squared * squared.sqrt()))
+                let distance = squared.sqrt();
+                (way, distance, self.area * height.abs() / (squared * distance))
             }
         };
-        let distance = way.length();
         Some(LightSample {
-            wi: (way / distance).as_vec3(),
+            wi: (way * distance.recip()).as_vec3(),
             t_max: shadow_end(to.p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -(solid_angle as f32).ln(),
+            ln_pdf: -elementary::ln(solid_angle as f32),
             shadow: true,
         })
     }
@@ -140,10 +140,10 @@ impl RectangleLight {
         let p = to.p.as_dvec3();
         let Some(height) = self.height(p) else { return f32::NEG_INFINITY };
         match self.near(p, height) {
-            Some(seen) => -(seen.solid_angle() as f32).ln(),
+            Some(seen) => -elementary::ln(seen.solid_angle() as f32),
             None => {
                 let t = f64::from(hit.t);
-                ((t * t * t / (self.area * height.abs())) as f32).ln()
+                elementary::ln((t * t * t / (self.area * height.abs())) as f32)
             }
         }
     }
