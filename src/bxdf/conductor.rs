@@ -2,7 +2,7 @@
 
 use super::microfacet::{Ggx, GgxValue};
 use super::{Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
-use crate::core::{Frame, Rgb, elementary};
+use crate::core::{Frame, Rgb};
 use glam::Vec3;
 
 /// The complex index of refraction `eta + i k` of a metal, per channel.
@@ -71,7 +71,7 @@ impl Conductor {
     #[inline]
     pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
         self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| {
-            (self.colour(value.cos_half) * value.f_cos, elementary::ln(value.pdf))
+            (self.colour(value.cos_half) * value.f_cos, value.pdf.ln())
         })
     }
 
@@ -92,7 +92,7 @@ impl Conductor {
         (sample.weight > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
             wi,
             weight: self.colour(sample.cos_half) * sample.weight,
-            ln_pdf: elementary::ln(sample.pdf),
+            ln_pdf: sample.pdf.ln(),
         })
     }
 

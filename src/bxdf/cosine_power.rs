@@ -9,7 +9,7 @@
 //! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
 use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
-use crate::core::{Frame, Rgb, elementary, sampler::hash, special, warp};
+use crate::core::{Frame, Rgb, sampler::hash, special, warp};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{LN_2, TAU};
 
@@ -183,7 +183,7 @@ impl PreparedCosinePower {
     #[inline]
     pub(super) fn f_cos_and_ln_pdf(&self, wi: Vec3) -> (Rgb, f32) {
         let Some((ln_cos_e, m)) = self.evaluate(wi) else { return (Rgb::BLACK, f32::NEG_INFINITY) };
-        let p = self.norm * elementary::exp(ln_cos_e);
+        let p = self.norm * ln_cos_e.exp();
         let weight = match self.lobe.horizon {
             Horizon::Fold => m * p,
             Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,

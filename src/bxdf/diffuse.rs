@@ -1,7 +1,7 @@
 //! Lambert's lobe.
 
 use super::{Incidence, LobeSample, renormalized};
-use crate::core::{Frame, Rgb, elementary, warp};
+use crate::core::{Frame, Rgb, warp};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
@@ -26,7 +26,7 @@ impl Diffuse {
         if at.ng.dot(wi) <= 0.0 {
             return f32::NEG_INFINITY;
         }
-        elementary::ln(warp::cosine_hemisphere_pdf(at.n.dot(wi)))
+        warp::cosine_hemisphere_pdf(at.n.dot(wi)).ln()
     }
 
     #[inline]
@@ -36,7 +36,7 @@ impl Diffuse {
         (local.z > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
             wi,
             weight: self.reflectance,
-            ln_pdf: elementary::ln(warp::cosine_hemisphere_pdf(local.z)),
+            ln_pdf: warp::cosine_hemisphere_pdf(local.z).ln(),
         })
     }
 

@@ -3,7 +3,7 @@
 use super::energy::CoatEnergy;
 use super::microfacet::Ggx;
 use super::{Incidence, LobeSample, fresnel, renormalized};
-use crate::core::{Frame, Rgb, elementary, warp};
+use crate::core::{Frame, Rgb, warp};
 use glam::Vec3;
 
 /// A rough clear coat of GGX microfacets over a Lambertian base.
@@ -113,13 +113,12 @@ impl Plastic {
     /// Both, with what they share done once.
     #[inline]
     pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        self.value(at, wi)
-            .map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| (value.f_cos, elementary::ln(value.pdf)))
+        self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| (value.f_cos, value.pdf.ln()))
     }
 
     #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| elementary::ln(value.pdf))
+        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())
     }
 
     #[inline]
@@ -141,11 +140,7 @@ impl Plastic {
             return None;
         }
         let value = self.evaluate(at, &outgoing, wi);
-        (value.pdf > 0.0).then(|| LobeSample {
-            wi,
-            weight: value.f_cos / value.pdf,
-            ln_pdf: elementary::ln(value.pdf),
-        })
+        (value.pdf > 0.0).then(|| LobeSample { wi, weight: value.f_cos / value.pdf, ln_pdf: value.pdf.ln() })
     }
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {

@@ -3,7 +3,6 @@
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
 mod blue_noise;
-pub mod elementary;
 mod fixed;
 mod frame;
 pub mod lanes;

@@ -5,7 +5,7 @@ use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
 use crate::core::lanes::LANES;
-use crate::core::{Rgb, Sampler, elementary};
+use crate::core::{Rgb, Sampler};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
 
 /// The numbers that nearly every surface needs, drawn together.
@@ -339,7 +339,7 @@ impl Integrator<'_> {
 /// The logarithm of a number of rays, which is mostly one.
 #[inline]
 pub(super) fn ln_rate(rate: f32) -> f32 {
-    if rate == 1.0 { 0.0 } else { elementary::ln(rate) }
+    if rate == 1.0 { 0.0 } else { rate.ln() }
 }
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.

@@ -5,7 +5,7 @@ use super::bounce::{Leaving, Numbers, Reached, ln_rate};
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
-use crate::core::{Ray, Rgb, elementary};
+use crate::core::{Ray, Rgb};
 use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -24,7 +24,7 @@ fn power_heuristic(ln_mine: f32, ln_other: f32) -> f32 {
     if ln_other == f32::NEG_INFINITY || ln_mine == f32::INFINITY {
         return 1.0;
     }
-    1.0 / (1.0 + elementary::exp(2.0 * (ln_other - ln_mine)))
+    1.0 / (1.0 + (2.0 * (ln_other - ln_mine)).exp())
 }
 
 impl Integrator<'_> {

@@ -5,7 +5,7 @@ use super::bounds::LightBounds;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::{EmitterHit, Environment, Light, LightSample, Receiver};
-use crate::core::{elementary, sampler};
+use crate::core::sampler;
 use glam::Vec3;
 
 /// All lights of a scene and how one is chosen.
@@ -87,7 +87,7 @@ impl Lights {
         match &self.environment {
             Some(environment) if self.far(to).has_environment() => {
                 let probability = (1.0 - self.near_share(to)) * self.far(to).probability(to, 0);
-                ln_share(probability) + elementary::ln(environment.pdf(to, wi))
+                ln_share(probability) + environment.pdf(to, wi).ln()
             }
             _ => f32::NEG_INFINITY,
         }
@@ -134,7 +134,7 @@ impl Lights {
 /// The logarithm of a probability, which is often one.
 #[inline]
 fn ln_share(probability: f64) -> f32 {
-    if probability == 1.0 { 0.0 } else { elementary::ln(probability as f32) }
+    if probability == 1.0 { 0.0 } else { (probability as f32).ln() }
 }
 
 /// `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.

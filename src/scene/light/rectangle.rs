@@ -2,7 +2,7 @@
 
 use super::spherical_rectangle::SphericalRectangle;
 use super::{EmitterHit, LightSample, Receiver, shadow_end};
-use crate::core::{Rgb, elementary};
+use crate::core::Rgb;
 use glam::{DVec3, Vec3};
 
 /// A rectangle that emits the same radiance everywhere.
@@ -129,7 +129,7 @@ impl RectangleLight {
             wi: (way * distance.recip()).as_vec3(),
             t_max: shadow_end(to.p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -elementary::ln(solid_angle as f32),
+            ln_pdf: -(solid_angle as f32).ln(),
             shadow: true,
         })
     }
@@ -140,10 +140,10 @@ impl RectangleLight {
         let p = to.p.as_dvec3();
         let Some(height) = self.height(p) else { return f32::NEG_INFINITY };
         match self.near(p, height) {
-            Some(seen) => -elementary::ln(seen.solid_angle() as f32),
+            Some(seen) => -(seen.solid_angle() as f32).ln(),
             None => {
                 let t = f64::from(hit.t);
-                elementary::ln((t * t * t / (self.area * height.abs())) as f32)
+                ((t * t * t / (self.area * height.abs())) as f32).ln()
             }
         }
     }

@@ -12,7 +12,7 @@ pub use studio::{Softbox, Studio};
 
 use super::alias::narrow;
 use super::{LightSample, Receiver};
-use crate::core::{Rgb, elementary};
+use crate::core::Rgb;
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -109,7 +109,7 @@ impl Environment {
             wi,
             t_max: f32::INFINITY,
             le_over_pdf: le / pdf,
-            ln_pdf: elementary::ln(pdf),
+            ln_pdf: pdf.ln(),
             shadow: true,
         })
     }
