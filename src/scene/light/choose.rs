@@ -295,6 +295,24 @@ mod tests {
     }
 
     #[test]
+    fn a_broad_environment_is_left_to_lobes_that_look() {
+        let lamp = || vec![Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::WHITE, true)];
+        let looking = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: true };
+        let alone = Receiver { lobes_look: false, ..looking };
+        let broad = Lights::new(lamp(), Some(Environment::Constant(Rgb::WHITE)));
+        for choice in [0.0, 0.5, 0.99] {
+            assert_eq!(broad.choose(&looking, choice), Some((Pick::Light(0), 1.0, choice)));
+        }
+        assert_eq!(broad.ln_pdf_environment(&looking, Vec3::Y), f32::NEG_INFINITY);
+        assert!(broad.ln_pdf_environment(&alone, Vec3::Y).is_finite());
+        assert_eq!(broad.choose(&alone, 0.99).map(|(pick, ..)| pick), Some(Pick::Environment));
+        let sky = Lights::new(vec![], Some(Environment::Constant(Rgb::WHITE)));
+        assert!(sky.sample(&looking, 0.5, [0.5; 2]).is_none() && sky.sample(&alone, 0.5, [0.5; 2]).is_some());
+        let softboxes = Lights::new(lamp(), Some(Environment::product_shot(1.0, 0.0)));
+        assert!(softboxes.ln_pdf_environment(&looking, Vec3::Y).is_finite());
+    }
+
+    #[test]
     fn one_light_is_asked_always() {
         let rectangle = Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::WHITE, true);
         let dark = Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::BLACK, true);
