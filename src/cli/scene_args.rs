@@ -51,7 +51,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
-    /// Give noisy pixels more of the samples and clean ones fewer: --spp is then their mean number
+    /// Give noisy parts of the picture more of the samples and clean ones fewer, from 16 per pixel on: --spp is then their
+    /// mean number. Lowers the error at bright noise most; what is dark or smooth may be left with more of it
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     adaptive: Option<bool>,
 

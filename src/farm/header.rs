@@ -31,6 +31,8 @@ pub struct Identity {
     pub noise: Option<f64>,
     /// Whether samples depend on what the render has found before (a threshold, splitting by a pilot).
     pub adaptive: bool,
+    /// Whether a picture of more samples holds all of these even so.
+    pub grows: bool,
 }
 
 impl Identity {
@@ -49,7 +51,8 @@ impl Identity {
         compare("resolution", size(self.resolution), size(wanted.resolution));
         compare("part of the image", corners(self.picture), corners(wanted.picture));
         compare("noise threshold", threshold(self.noise), threshold(wanted.noise));
-        if !more_samples || self.adaptive || wanted.adaptive || self.spp > wanted.spp {
+        let grows = |identity: &Self| !identity.adaptive || identity.grows;
+        if !more_samples || !grows(self) || !grows(wanted) || self.spp > wanted.spp {
             compare("samples per pixel", self.spp.to_string(), wanted.spp.to_string());
         }
         if self.scene_hash != wanted.scene_hash {
@@ -216,6 +219,7 @@ pub(super) mod tests {
             spp: 16,
             noise: None,
             adaptive: false,
+            grows: false,
         }
     }
 
@@ -251,6 +255,9 @@ pub(super) mod tests {
         assert_eq!(ours.differences(&more, false), ["samples per pixel: 16 in the file, 64 now"]);
         let adaptive = Identity { adaptive: true, ..more };
         assert_eq!(ours.differences(&adaptive, true).len(), 1);
+        let [ours, grown] = [ours, adaptive].map(|of| Identity { adaptive: true, grows: true, ..of });
+        assert!(ours.differences(&grown, true).is_empty());
+        assert_eq!(grown.differences(&ours, true), ["samples per pixel: 64 in the file, 16 now"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a render has decided from its own samples, so that after a break it goes on as if there had been none.
 
-use super::adaptive::{Found, Shares};
+use super::adaptive::Found;
 use super::split::Measured;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,9 +21,6 @@ pub struct Decisions {
     /// What the round that looks for noise has found, block by block, where samples are shared out.
     #[serde(with = "pairs", default)]
     pub(super) found: BTreeMap<Block, Found>,
-    /// How they were shared out.
-    #[serde(with = "pairs", default)]
-    pub(super) shares: Shares,
     /// Blocks that get no more samples.
     pub(super) clean: BTreeSet<Block>,
     /// Blocks that were below the threshold at the end of the last round.

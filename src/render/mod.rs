@@ -22,6 +22,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
 
+pub use adaptive::GROWS_FROM;
 pub use aov::aov_channels;
 pub use decisions::Decisions;
 
@@ -170,8 +171,8 @@ struct Round<'a> {
     target: u32,
     /// Which of the pilot rounds it is, if it is one.
     pilot: Option<usize>,
-    /// From how many samples on they are shared out, if they are.
-    shared_from: Option<u32>,
+    /// How its samples are shared out, where they are not even.
+    shares: Option<adaptive::Shares>,
     splits: &'a SplitMap,
 }
 
@@ -258,7 +259,8 @@ impl<'a> Picture<'a> {
             if self.all_clean() {
                 return StopReason::Noise;
             }
-            self.round(&Round { target, pilot: None, shared_from: pilot, splits: &splits });
+            let shares = pilot.map(|pilot| self.shares(pilot, target));
+            self.round(&Round { target, pilot: None, shares, splits: &splits });
             if let Some(reason) = self.must_stop() {
                 return reason;
             }
@@ -298,7 +300,7 @@ impl<'a> Picture<'a> {
         for (pilot, split) in [1, split::PILOT_SPLIT].into_iter().enumerate() {
             *done = count.min(*done + split::pilot_samples(count));
             let splits = SplitMap::constant(split, tiles);
-            self.round(&Round { target: *done, pilot: Some(pilot), shared_from: None, splits: &splits });
+            self.round(&Round { target: *done, pilot: Some(pilot), shares: None, splits: &splits });
             if let Some(reason) = self.must_stop() {
                 return Err(reason);
             }
@@ -337,11 +339,9 @@ impl<'a> Picture<'a> {
             if round.pilot.is_some_and(|pilot| state.decisions.pilot[pilot][number].is_some()) {
                 return;
             }
-            let count = self.samples.end - self.samples.start;
-            let shares = &state.decisions.shares;
-            tile.pixels_by_lack(&state.film, |pixel| match round.shared_from {
-                Some(pilot) => adaptive::target(shares, pixel, pilot, round.target, count),
-                None => round.target,
+            tile.pixels_by_lack(&state.film, |pixel| {
+                let share = round.shares.as_ref().and_then(|shares| adaptive::share(shares, pixel));
+                share.unwrap_or(round.target)
             })
         };
         if groups.is_empty() {
