@@ -58,8 +58,11 @@ fn only(environment: Environment) -> Lights {
 
 const RECEIVER: Receiver = Receiver { p: Vec3::ZERO, n: Vec3::new(0.6, 0.48, -0.64), lobes_look: false };
 
+/// The same where rays of its own lobes look for light too.
+const LOOKING: Receiver = Receiver { lobes_look: true, ..RECEIVER };
+
 /// Means of `le` and of the density over the sphere by the midpoint rule in (u, v), each times 4 pi.
-fn integrals(lights: &Lights) -> [f64; 2] {
+fn integrals(lights: &Lights, to: &Receiver) -> [f64; 2] {
     let environment = lights.environment.as_ref().unwrap();
     let (columns, rows) = (1440, 720);
     let mut sums = [0.0; 2];
@@ -69,7 +72,7 @@ fn integrals(lights: &Lights) -> [f64; 2] {
         for column in 0..columns {
             let wi = look_up((f64::from(column) + 0.5) / f64::from(columns), v);
             sums[0] += weight * f64::from(environment.le(wi).g);
-            sums[1] += weight * f64::from(lights.ln_pdf_environment(&RECEIVER, wi)).exp();
+            sums[1] += weight * f64::from(lights.ln_pdf_environment(to, wi)).exp();
         }
     }
     sums
@@ -79,8 +82,12 @@ fn integrals(lights: &Lights) -> [f64; 2] {
 fn densities_integrate_to_one_and_samples_to_the_light_of_all_directions() {
     for (name, environment) in all() {
         let lights = only(environment);
-        let [light, one] = integrals(&lights);
+        let [light, one] = integrals(&lights, &RECEIVER);
         assert!((one - 1.0).abs() < 2e-3, "{name}: {one}");
+        // Where lobes look themselves, an even environment is theirs and samples of others go to what is bright.
+        let [_, density] = integrals(&lights, &LOOKING);
+        let expected = if lights.sample(&LOOKING, 0.5, [0.5; 2]).is_some() { 1.0 } else { 0.0 };
+        assert!((density - expected).abs() < 3e-3, "{name}: {density} for lobes that look");
         let (mut sum, mut squares) = (0.0, 0.0);
         let n = 40_000;
         for i in 0..n {
@@ -103,11 +110,11 @@ fn densities_integrate_to_one_and_samples_to_the_light_of_all_directions() {
 fn a_sample_has_the_radiance_and_the_density_of_its_direction() {
     for (name, environment) in all() {
         let lights = only(environment);
-        for i in 0..5000 {
+        for (i, to) in (0..10_000).zip([RECEIVER, LOOKING].iter().cycle()) {
             let (choice, u) = numbers(2, i);
-            let Some(sample) = lights.sample(&RECEIVER, choice, u) else { continue };
+            let Some(sample) = lights.sample(to, choice, u) else { continue };
             assert!((sample.wi.length() - 1.0).abs() < 1e-6 && sample.t_max == f32::INFINITY, "{name}");
-            let ln_pdf = lights.ln_pdf_environment(&RECEIVER, sample.wi);
+            let ln_pdf = lights.ln_pdf_environment(to, sample.wi);
             assert!((ln_pdf - sample.ln_pdf).abs() < 1e-5, "{name}: {ln_pdf} {}", sample.ln_pdf);
             let le = lights.environment.as_ref().unwrap().le(sample.wi);
             let product = sample.le_over_pdf.r * sample.ln_pdf.exp();
@@ -138,6 +145,12 @@ fn image_samples_follow_luminance_so_that_weights_hardly_vary() {
 /// Chi-square of the samples of an image against its density, in bins of (u, v).
 #[test]
 fn image_samples_are_distributed_as_their_density_says() {
+    chi_square_of_image_samples(&RECEIVER, 300);
+    // Only what is brighter than the mean: the sun and the sky about it.
+    chi_square_of_image_samples(&LOOKING, 20);
+}
+
+fn chi_square_of_image_samples(to: &Receiver, least_bins: i32) {
     const BINS: [usize; 2] = [32, 24];
     const FINE: usize = 24;
     let lights = only(sky(16, 8, 0.0));
@@ -147,7 +160,7 @@ fn image_samples_are_distributed_as_their_density_says() {
         for fine in 0..FINE * FINE {
             let u = ((bin % BINS[0] * FINE + fine % FINE) as f64 + 0.5) / (BINS[0] * FINE) as f64;
             let v = ((bin / BINS[0] * FINE + fine / FINE) as f64 + 0.5) / (BINS[1] * FINE) as f64;
-            let pdf = f64::from(lights.ln_pdf_environment(&RECEIVER, look_up(u, v))).exp();
+            let pdf = f64::from(lights.ln_pdf_environment(to, look_up(u, v))).exp();
             let area = 2.0 * PI * PI * (PI * v).sin() / (BINS[0] * BINS[1] * FINE * FINE) as f64;
             *expected += f64::from(n) * pdf * area;
         }
@@ -155,7 +168,7 @@ fn image_samples_are_distributed_as_their_density_says() {
     let mut found = vec![0.0; BINS[0] * BINS[1]];
     for i in 0..n {
         let (choice, u) = numbers(4, i);
-        let wi = lights.sample(&RECEIVER, choice, u).expect("the sky shines").wi.as_dvec3();
+        let wi = lights.sample(to, choice, u).expect("the sky shines").wi.as_dvec3();
         let u = (wi.x.atan2(-wi.z) / (2.0 * PI)).rem_euclid(1.0);
         let v = wi.y.clamp(-1.0, 1.0).acos() / PI;
         let [x, y] = [u * BINS[0] as f64, v * BINS[1] as f64].map(|b| b as usize);
@@ -173,7 +186,10 @@ fn image_samples_are_distributed_as_their_density_says() {
     }
     assert!((pooled[1] - pooled[0]).abs() < 5.0 * f64::max(pooled[0], 1.0).sqrt(), "{pooled:?}");
     let freedom = f64::from(bins - 1);
-    assert!(bins > 300 && chi_square < freedom + 5.0 * (2.0 * freedom).sqrt(), "{chi_square} of {bins} bins");
+    assert!(
+        bins > least_bins && chi_square < freedom + 5.0 * (2.0 * freedom).sqrt(),
+        "{chi_square} of {bins} bins"
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Environments from lat-long images.
 
+use super::super::Receiver;
 use super::cumulative::Cumulative;
 use crate::core::Rgb;
 use glam::Vec3;
@@ -41,6 +42,9 @@ pub enum EnvironmentImageError {
 /// square stay neighbours on the sphere, which keeps the stratification of the numbers. With 64 Sobol points the
 /// variance of the irradiance from a sky is a tenth to a hundredth of that from independent numbers, which is what an
 /// alias table would make of them.
+///
+/// Where a receiver's own lobes look for light too, the mean is taken off the luminance first (Karlik et al. 2019, *MIS
+/// Compensation*): samples go to what is brighter, and lobes find the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnvironmentImage {
     width: usize,
@@ -50,11 +54,22 @@ pub struct EnvironmentImage {
     turn: [f32; 2],
     /// Sine of the polar angle of each grid row: the zenith, the rows of pixels, the nadir.
     sin_theta: Vec<f32>,
+    /// How directions are chosen for receivers that nothing else finds the light for.
+    all: Table,
+    /// How they are chosen where lobes look for light themselves: by what is brighter than the mean.
+    bright: Table,
+}
+
+/// The function that sampling follows, summed up.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Table {
+    /// Luminance that counts as black.
+    level: f32,
     /// Which row of cells. A cell is what lies between the middles of four pixels.
     rows: Cumulative,
     /// Which cell of each row.
     columns: Cumulative,
-    /// Mean of the tabulated function over the unit square; zero for a black image.
+    /// Mean of the function over the unit square; zero where there is nothing to choose.
     norm: f64,
 }
 
@@ -117,21 +132,32 @@ impl EnvironmentImage {
             pixels,
             turn: [sin, cos],
             sin_theta,
-            rows: Cumulative::default(),
-            columns: Cumulative::default(),
-            norm: 0.0,
+            all: Table::default(),
+            bright: Table::default(),
         };
-        image.tabulate();
+        image.all = image.tabulate(0.0);
+        image.bright = image.tabulate(image.mean().luminance() * (1.0 + 1e-4));
         Ok(image)
     }
 
-    /// Fills the tables.
-    fn tabulate(&mut self) {
+    /// Whether nothing is brighter than the rest.
+    pub(super) fn is_even(&self) -> bool {
+        self.bright.norm == 0.0
+    }
+
+    /// The table for a receiver.
+    #[inline]
+    fn table(&self, to: &Receiver) -> &Table {
+        if to.lobes_look { &self.bright } else { &self.all }
+    }
+
+    /// Sums up the luminance above `level`.
+    fn tabulate(&self, level: f32) -> Table {
         let (width, height) = (self.width, self.height);
         let mut weights = vec![0.0; width * (height + 1)];
         for (row, weights) in weights.chunks_exact_mut(width).enumerate() {
             for (column, weight) in weights.iter_mut().enumerate() {
-                let [[a, b], [c, d]] = self.density_corners(row, column).map(|r| r.map(f64::from));
+                let [[a, b], [c, d]] = self.density_corners(row, column, level).map(|r| r.map(f64::from));
                 *weight = 0.25 * (a + b + c + d);
             }
         }
@@ -140,8 +166,7 @@ impl EnvironmentImage {
             *weight *= f64::from(grid_row(row + 1, height) - grid_row(row, height)) / width as f64;
         }
         let (rows, total) = Cumulative::new(rows, height + 1);
-        self.norm = total[0];
-        (self.rows, self.columns) = (rows, columns);
+        Table { level, rows, columns, norm: total[0] }
     }
 
     /// The pixel at grid row `k` (0 and `height + 1` are the poles), column `i` (may be `width`: the first again).
@@ -160,16 +185,17 @@ impl EnvironmentImage {
 
     /// The function that sampling follows, at the four corners of a cell.
     #[inline]
-    fn density_corners(&self, row: usize, column: usize) -> [[f32; 2]; 2] {
-        self.by_sine(row, self.corners(row, column))
+    fn density_corners(&self, row: usize, column: usize, level: f32) -> [[f32; 2]; 2] {
+        self.by_sine(row, self.corners(row, column), level)
     }
 
-    /// Luminance times the sine of the polar angle, of the corners of a cell.
+    /// Luminance above `level` times the sine of the polar angle, of the corners of a cell.
     #[inline]
-    fn by_sine(&self, row: usize, [top, bottom]: [[Rgb; 2]; 2]) -> [[f32; 2]; 2] {
+    fn by_sine(&self, row: usize, [top, bottom]: [[Rgb; 2]; 2], level: f32) -> [[f32; 2]; 2] {
+        let above = |pixel: Rgb| (pixel.luminance() - level).max(0.0);
         [
-            top.map(|pixel| pixel.luminance() * self.sin_theta[row]),
-            bottom.map(|pixel| pixel.luminance() * self.sin_theta[row + 1]),
+            top.map(|pixel| above(pixel) * self.sin_theta[row]),
+            bottom.map(|pixel| above(pixel) * self.sin_theta[row + 1]),
         ]
     }
 
@@ -201,34 +227,35 @@ impl EnvironmentImage {
 
     /// The density of [`sample`](Self::sample) over solid angle.
     #[inline]
-    pub(super) fn pdf(&self, wi: Vec3) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         let (place, theta) = self.place(wi);
-        self.density(self.corners(place.row, place.column), place, theta)
+        self.density(self.table(to), self.corners(place.row, place.column), place, theta)
     }
 
     /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
     #[inline]
-    pub(super) fn le_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+    pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
         let (place, theta) = self.place(wi);
         let corners = self.corners(place.row, place.column);
-        (bilinear(corners, place.at), self.density(corners, place, theta))
+        (bilinear(corners, place.at), self.density(self.table(to), corners, place, theta))
     }
 
     #[inline]
-    fn density(&self, corners: [[Rgb; 2]; 2], place: Place, theta: f64) -> f32 {
-        let value = f64::from(bilinear(self.by_sine(place.row, corners), place.at));
+    fn density(&self, table: &Table, corners: [[Rgb; 2]; 2], place: Place, theta: f64) -> f32 {
+        let value = f64::from(bilinear(self.by_sine(place.row, corners, table.level), place.at));
         // du dv = dw / (2 pi^2 sin theta).
-        (value / (self.norm * 2.0 * std::f64::consts::PI.powi(2) * theta.sin())) as f32
+        (value / (table.norm * 2.0 * std::f64::consts::PI.powi(2) * theta.sin())) as f32
     }
 
     /// A direction by luminance.
     #[inline]
-    pub(super) fn sample(&self, [x, y]: [f64; 2]) -> Vec3 {
-        let (row, y) = self.rows.invert(0, y);
-        let (column, x) = self.columns.invert(row, x);
+    pub(super) fn sample(&self, to: &Receiver, [x, y]: [f64; 2]) -> Vec3 {
+        let table = self.table(to);
+        let (row, y) = table.rows.invert(0, y);
+        let (column, x) = table.columns.invert(row, x);
 
         // Within the cell: the height by the sums of both sides, then along the line.
-        let [[a, b], [c, d]] = self.density_corners(row, column);
+        let [[a, b], [c, d]] = self.density_corners(row, column, table.level);
         let t = invert_linear(y, a + b, c + d);
         let s = invert_linear(x, a + (c - a) * t, b + (d - b) * t);
 
@@ -257,7 +284,8 @@ impl EnvironmentImage {
 
     /// Bytes of the pixels and the tables.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.pixels[..]) + self.columns.memory_bytes() + self.rows.memory_bytes()
+        let tables = [&self.all, &self.bright].map(|t| t.columns.memory_bytes() + t.rows.memory_bytes());
+        size_of_val(&self.pixels[..]) + tables.iter().sum::<usize>()
     }
 }
 

@@ -79,7 +79,11 @@ impl Environment {
 
     /// Whether it is about as bright all around as a lobe can see it.
     pub(super) fn is_broad(&self) -> bool {
-        matches!(self, Self::Constant(_) | Self::Gradient(_))
+        match self {
+            Self::Constant(_) | Self::Gradient(_) => true,
+            Self::Studio(studio) => studio.is_bare(),
+            Self::Image(image) => image.is_even(),
+        }
     }
 
     /// About how much arrives on a surface: pi times the mean radiance of all directions.
@@ -98,11 +102,11 @@ impl Environment {
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let wi = match self {
             Self::Constant(_) | Self::Gradient(_) => broad::sample(to.n, narrow(u)),
-            Self::Studio(studio) => studio.sample(to.n, u),
-            Self::Image(image) => image.sample(u),
+            Self::Studio(studio) => studio.sample(to, u),
+            Self::Image(image) => image.sample(to, u),
         };
         let (le, pdf) = match self {
-            Self::Image(image) => image.le_and_pdf(wi),
+            Self::Image(image) => image.le_and_pdf(to, wi),
             _ => (self.le(wi), self.pdf(to, wi)),
         };
         (pdf > 0.0).then(|| LightSample {
@@ -119,8 +123,8 @@ impl Environment {
     pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         match self {
             Self::Constant(_) | Self::Gradient(_) => broad::pdf(to.n, wi),
-            Self::Studio(studio) => studio.pdf(to.n, wi),
-            Self::Image(image) => image.pdf(wi),
+            Self::Studio(studio) => studio.pdf(to, wi),
+            Self::Image(image) => image.pdf(to, wi),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A photographer's studio: softboxes before a gradient.
 
+use super::super::Receiver;
 use super::super::alias::{below_one, narrow};
 use super::super::spherical_rectangle::SphericalRectangle;
 use super::broad;
@@ -131,30 +132,42 @@ impl Studio {
         self.background.mean() + lamps.sum::<Rgb>() / (4.0 * PI)
     }
 
-    fn total_weight(&self, n: Vec3) -> f32 {
-        self.background_power + self.lamps.iter().map(|l| l.weight(n)).sum::<f32>()
+    /// Whether there is no softbox.
+    pub(super) fn is_bare(&self) -> bool {
+        self.lamps.is_empty()
     }
 
-    /// A direction: to a softbox by what it may give to a surface with normal `n`, or all over; the first of `u`
-    /// chooses.
+    /// What the background counts for beside the softboxes: nothing where lobes look for it themselves.
     #[inline]
-    pub(super) fn sample(&self, n: Vec3, u: [f64; 2]) -> Vec3 {
-        let mut left = u[0] * f64::from(self.total_weight(n));
-        for lamp in &self.lamps {
-            let weight = f64::from(lamp.weight(n));
-            if left < weight {
+    fn background_weight(&self, to: &Receiver) -> f32 {
+        if to.lobes_look { 0.0 } else { self.background_power }
+    }
+
+    fn total_weight(&self, to: &Receiver) -> f32 {
+        self.background_weight(to) + self.lamps.iter().map(|l| l.weight(to.n)).sum::<f32>()
+    }
+
+    /// A direction: to a softbox by what it may give to the receiver, or all over; the first of `u` chooses.
+    #[inline]
+    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Vec3 {
+        let mut left = u[0] * f64::from(self.total_weight(to));
+        let background = f64::from(self.background_weight(to));
+        for (i, lamp) in self.lamps.iter().enumerate() {
+            let weight = f64::from(lamp.weight(to.n));
+            let is_last = background == 0.0 && i + 1 == self.lamps.len();
+            if left < weight || is_last {
                 return lamp.sample([below_one(left / weight), u[1]]);
             }
             left -= weight;
         }
-        broad::sample(n, narrow([below_one(left / f64::from(self.background_power)), u[1]]))
+        broad::sample(to.n, narrow([below_one(left / background), u[1]]))
     }
 
     /// The density of [`sample`](Self::sample) over solid angle.
     #[inline]
-    pub(super) fn pdf(&self, n: Vec3, wi: Vec3) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         let lamps = self.lamps.iter().filter(|l| l.place(wi).is_some());
-        let lamps: f32 = lamps.map(|l| l.weight(n) / l.seen.solid_angle() as f32).sum();
-        (lamps + self.background_power * broad::pdf(n, wi)) / self.total_weight(n)
+        let lamps: f32 = lamps.map(|l| l.weight(to.n) / l.seen.solid_angle() as f32).sum();
+        (lamps + self.background_weight(to) * broad::pdf(to.n, wi)) / self.total_weight(to)
     }
 }
