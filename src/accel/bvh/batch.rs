@@ -4,6 +4,7 @@
 //! batches go in streams, after a stable binning by octant that keeps the order within each.
 
 use super::data::Hierarchy;
+use super::mode::Mode;
 use super::packet::{self, PACKET, Packet};
 use super::ray::{Best, Prepared, Weights};
 use super::simd::{Available, Kernel, Simd};
@@ -11,6 +12,7 @@ use super::single::{self, Stack};
 use super::stream::{STREAM, Stream};
 use crate::accel::Coherence;
 use crate::core::{Hit, Ray};
+use core::marker::PhantomData;
 
 /// Rays that are binned together: enough to fill streams, few enough to stay in the cache.
 const BATCH: usize = 4096;
@@ -35,7 +37,7 @@ pub(super) enum Grouping {
 }
 
 /// Closest hits of a slice.
-pub(super) fn closest_hits(
+pub(super) fn closest_hits<M: Mode>(
     isa: Available,
     data: &Hierarchy,
     grouping: Grouping,
@@ -44,17 +46,17 @@ pub(super) fn closest_hits(
 ) {
     match grouping {
         Grouping::Groups(Coherence::Coherent) if isa.wants_batches() => {
-            isa.run(Packets { data, rays, hits });
+            isa.run(Packets { mode: PhantomData::<M>, data, rays, hits });
         }
         Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
-            isa.run(Streams { data, rays, hits });
+            isa.run(Streams { mode: PhantomData::<M>, data, rays, hits });
         }
-        _ => isa.run(Singles { data, rays, hits }),
+        _ => isa.run(Singles { mode: PhantomData::<M>, data, rays, hits }),
     }
 }
 
 /// Any hits of a slice.
-pub(super) fn any_hits(
+pub(super) fn any_hits<M: Mode>(
     isa: Available,
     data: &Hierarchy,
     grouping: Grouping,
@@ -62,39 +64,41 @@ pub(super) fn any_hits(
     occluded: &mut [bool],
 ) {
     if isa.wants_batches() && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
-        isa.run(AnyStreams { data, rays, occluded });
+        isa.run(AnyStreams { mode: PhantomData::<M>, data, rays, occluded });
     } else {
-        isa.run(AnySingles { data, rays, occluded });
+        isa.run(AnySingles { mode: PhantomData::<M>, data, rays, occluded });
     }
 }
 
 // A kernel for each way, since a function that held them all would have registers for none.
 
-struct Singles<'a> {
+struct Singles<'a, M> {
+    mode: PhantomData<M>,
     data: &'a Hierarchy,
     rays: &'a [Ray],
     hits: &'a mut [Option<Hit>],
 }
 
-impl Kernel for Singles<'_> {
+impl<M: Mode> Kernel for Singles<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for (ray, hit) in self.rays.iter().zip(self.hits) {
-            *hit = closest(simd, self.data, ray, &mut stack, &mut weights);
+            *hit = closest::<S, M>(simd, self.data, ray, &mut stack, &mut weights);
         }
     }
 }
 
-struct Packets<'a> {
+struct Packets<'a, M> {
+    mode: PhantomData<M>,
     data: &'a Hierarchy,
     rays: &'a [Ray],
     hits: &'a mut [Option<Hit>],
 }
 
-impl Kernel for Packets<'_> {
+impl<M: Mode> Kernel for Packets<'_, M> {
     type Output = ();
 
     /// Singly where the rays are not coherent after all.
@@ -106,75 +110,78 @@ impl Kernel for Packets<'_> {
             if singly > 0 {
                 singly -= 1;
             } else if let Ok(rays) = <&[Ray; PACKET]>::try_from(rays)
-                && let Some(packet) = Packet::new(simd, self.data, rays)
+                && let Some(packet) = Packet::<M, _>::new(simd, self.data, rays)
             {
                 let leaves = packet::traverse(simd, self.data, rays, &packet, &mut stack, hits);
                 singly = if leaves > MOST_LEAVES { REST } else { 0 };
                 continue;
             }
             for (ray, hit) in rays.iter().zip(hits) {
-                *hit = closest(simd, self.data, ray, &mut stack, &mut weights);
+                *hit = closest::<S, M>(simd, self.data, ray, &mut stack, &mut weights);
             }
         }
     }
 }
 
-struct Streams<'a> {
+struct Streams<'a, M> {
+    mode: PhantomData<M>,
     data: &'a Hierarchy,
     rays: &'a [Ray],
     hits: &'a mut [Option<Hit>],
 }
 
-impl Kernel for Streams<'_> {
+impl<M: Mode> Kernel for Streams<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut stream = Stream::new();
         for (rays, hits) in self.rays.chunks(BATCH).zip(self.hits.chunks_mut(BATCH)) {
-            in_streams::<S, false>(simd, self.data, rays, &mut stream, |i, ray, best, weights| {
+            in_streams::<S, M, false>(simd, self.data, rays, &mut stream, |i, ray, best, weights| {
                 hits[i] = best.hit(self.data, ray, weights);
             });
         }
     }
 }
 
-struct AnySingles<'a> {
+struct AnySingles<'a, M> {
+    mode: PhantomData<M>,
     data: &'a Hierarchy,
     rays: &'a [Ray],
     occluded: &'a mut [bool],
 }
 
-impl Kernel for AnySingles<'_> {
+impl<M: Mode> Kernel for AnySingles<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            let ray = Prepared::new(ray);
+            let ray = Prepared::<M>::new(ray);
             let (root, none) = (self.data.root, Best::none(ray.t_max));
             let best =
-                single::traverse::<S, true>(simd, self.data, &ray, &mut stack, root, none, &mut weights);
+                single::traverse::<S, M, true>(simd, self.data, &ray, &mut stack, root, none, &mut weights);
             *occluded = best.is_hit();
         }
     }
 }
 
-struct AnyStreams<'a> {
+struct AnyStreams<'a, M> {
+    mode: PhantomData<M>,
     data: &'a Hierarchy,
     rays: &'a [Ray],
     occluded: &'a mut [bool],
 }
 
-impl Kernel for AnyStreams<'_> {
+impl<M: Mode> Kernel for AnyStreams<'_, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let mut stream = Stream::new();
         for (rays, occluded) in self.rays.chunks(BATCH).zip(self.occluded.chunks_mut(BATCH)) {
-            in_streams::<S, true>(simd, self.data, rays, &mut stream, |i, _, best, _| {
+            in_streams::<S, M, true>(simd, self.data, rays, &mut stream, |i, _, best, _| {
                 occluded[i] = best.is_hit();
             });
         }
@@ -183,27 +190,27 @@ impl Kernel for AnyStreams<'_> {
 
 /// Closest hit of one ray.
 #[inline(always)]
-fn closest<S: Simd>(
+fn closest<S: Simd, M: Mode>(
     simd: S,
     data: &Hierarchy,
     ray: &Ray,
     stack: &mut Stack,
     weights: &mut Weights,
 ) -> Option<Hit> {
-    let ray = Prepared::new(ray);
+    let ray = Prepared::<M>::new(ray);
     let none = Best::none(ray.t_max);
-    let best = single::traverse::<S, false>(simd, data, &ray, stack, data.root, none, weights);
+    let best = single::traverse::<S, M, false>(simd, data, &ray, stack, data.root, none, weights);
     best.hit(data, &ray, weights)
 }
 
 /// Up to [`BATCH`] rays in streams of one octant each.
 #[inline(always)]
-fn in_streams<S: Simd, const ANY: bool>(
+fn in_streams<S: Simd, M: Mode, const ANY: bool>(
     simd: S,
     data: &Hierarchy,
     rays: &[Ray],
-    stream: &mut Stream,
-    mut answer: impl FnMut(usize, &Prepared, &Best, &Weights),
+    stream: &mut Stream<M>,
+    mut answer: impl FnMut(usize, &Prepared<M>, &Best, &Weights),
 ) {
     let mut order = [0u16; BATCH];
     let starts = bin_by_octant(rays, &mut order);

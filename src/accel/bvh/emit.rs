@@ -5,7 +5,14 @@ use super::data::{BLOCK, Child, Hierarchy, Node, SphereBlock, TriangleBlock, WID
 use super::huge;
 use super::ray::SLACK;
 use crate::geometry::Shape;
-use glam::Vec4Swizzles;
+use glam::{Vec3, Vec4Swizzles};
+
+/// What references refer to, and the three vectors by which a triangle is kept.
+#[derive(Clone, Copy)]
+pub(super) struct Primitives<'s> {
+    pub(super) shapes: &'s [Shape],
+    pub(super) kept: fn([Vec3; 3]) -> [Vec3; 3],
+}
 
 /// Nodes and leaves of a subtree; indices count from its own beginning.
 #[derive(Default)]
@@ -37,27 +44,27 @@ impl Piece {
     }
 
     /// A leaf of references of one kind.
-    pub(super) fn leaf(&mut self, shapes: &[Shape], refs: &[Ref]) -> Child {
+    pub(super) fn leaf(&mut self, primitives: Primitives<'_>, refs: &[Ref]) -> Child {
         let Some(first) = refs.first() else { return Child::EMPTY };
-        match &shapes[first.geom_id() as usize] {
+        match &primitives.shapes[first.geom_id() as usize] {
             Shape::Mesh(_) => {
                 let start = self.triangles.len();
-                self.triangles.extend(refs.chunks(BLOCK).map(|refs| triangle_block(shapes, refs)));
+                self.triangles.extend(refs.chunks(BLOCK).map(|refs| triangle_block(primitives, refs)));
                 Child::triangles(start, self.triangles.len() - start)
             }
             Shape::Spheres(_) => {
                 let start = self.spheres.len();
-                self.spheres.extend(refs.chunks(BLOCK).map(|refs| sphere_block(shapes, refs)));
+                self.spheres.extend(refs.chunks(BLOCK).map(|refs| sphere_block(primitives.shapes, refs)));
                 Child::spheres(start, self.spheres.len() - start)
             }
         }
     }
 }
 
-fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
+fn triangle_block(primitives: Primitives<'_>, refs: &[Ref]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
-        let Shape::Mesh(mesh) = &shapes[r.geom_id() as usize] else { continue };
+        let Shape::Mesh(mesh) = &primitives.shapes[r.geom_id() as usize] else { continue };
         let corners = mesh.triangle(r.prim_id());
         let is_flat =
             |axis: usize| corners[0][axis] == corners[1][axis] && corners[0][axis] == corners[2][axis];
@@ -65,9 +72,9 @@ fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
             block.flat_axes[lane] = axis as u8;
             block.any_flat = true;
         }
-        for (to, corner) in block.corners.iter_mut().zip(corners) {
+        for (to, vector) in block.vectors.iter_mut().zip((primitives.kept)(corners)) {
             for (axis, lanes) in to.iter_mut().enumerate() {
-                lanes[lane] = corner[axis];
+                lanes[lane] = vector[axis];
             }
         }
         block.geom_ids[lane] = r.geom_id();
