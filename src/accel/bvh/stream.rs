@@ -1,86 +1,66 @@
 //! Up to 32 rays at a time that share the visits to nodes: a child is visited once for all rays that enter it.
 //!
 //! Every entry of the stack carries a mask of rays (after Fuetterling et al. 2015, "Efficient Ray Tracing Kernels for
-//! Modern CPU Architectures"). Children are ordered along the octant of the first ray, so a stream wants rays of one
-//! octant. A subtree that only one ray enters is traversed by the single-ray loop.
+//! Modern CPU Architectures"). Rays that want their closest hit all go into one octant, so that they agree on the order
+//! of the children and on which plane of a slab comes first; those that want any hit may be mixed, since neighbours
+//! gain more by their common origin. A subtree that only one ray enters is traversed by the single-ray loop.
 
 use super::data::{Child, Hierarchy, WIDTH};
 use super::mode::Mode;
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::simd::Simd;
 use super::single::{self, STACK, Slabs, Stack};
+use crate::core::Ray;
 
 /// Most rays of a stream.
 pub(super) const STREAM: usize = 32;
 
 /// The rays of a stream and what each has found; made once for many streams.
 pub(super) struct Stream<M: Mode> {
-    pub(super) rays: Vec<Prepared<M>>,
-    pub(super) best: Vec<Best>,
+    count: usize,
+    octant: usize,
+    pub(super) rays: [Prepared<M>; STREAM],
+    pub(super) best: [Best; STREAM],
     pub(super) weights: [Weights; STREAM],
-    lines: [SlabLine; STREAM],
     children: [u32; STACK + WIDTH],
     waiting: [u32; STACK + WIDTH],
     single: Stack,
 }
 
-/// What the slab test needs of a ray, in one cache line.
-#[derive(Clone, Copy)]
-#[repr(C, align(64))]
-struct SlabLine {
-    rcp: [f32; 3],
-    t_min: f32,
-    near: [f32; 3],
-    /// Where the closest hit so far ends the ray, with room for rounding.
-    limit: f32,
-    far: [f32; 3],
-    octant: u32,
-}
-
-impl SlabLine {
-    const NONE: Self =
-        Self { rcp: [0.0; 3], t_min: 0.0, near: [0.0; 3], limit: 0.0, far: [0.0; 3], octant: 0 };
-}
-
 impl<M: Mode> Stream<M> {
     pub(super) fn new() -> Self {
         Self {
-            rays: Vec::with_capacity(STREAM),
-            best: Vec::with_capacity(STREAM),
+            count: 0,
+            octant: 0,
+            rays: [Prepared::new(&Ray::inactive()); STREAM],
+            best: [Best::none(0.0); STREAM],
             weights: [Weights::NONE; STREAM],
-            lines: [SlabLine::NONE; STREAM],
             children: [0; STACK + WIDTH],
             waiting: [0; STACK + WIDTH],
             single: Stack::new(),
         }
     }
 
-    /// No rays.
+    /// No rays, and where those to come go: bit k is set for those that are negative along axis k. Of no meaning for rays
+    /// that want any hit.
     #[inline(always)]
-    pub(super) fn clear(&mut self) {
-        self.rays.clear();
-        self.best.clear();
+    pub(super) fn start(&mut self, octant: usize) {
+        (self.count, self.octant) = (0, octant);
     }
 
     /// One more ray.
     #[inline(always)]
     pub(super) fn push(&mut self, ray: Prepared<M>) {
-        self.lines[self.rays.len() % STREAM] = SlabLine {
-            rcp: ray.slabs.rcp.to_array(),
-            t_min: ray.t_min,
-            near: ray.slabs.near.to_array(),
-            limit: ray.t_max * CULL_INFLATION,
-            far: ray.slabs.far.to_array(),
-            octant: ray.octant,
-        };
-        self.best.push(Best::none(ray.t_max));
-        self.rays.push(ray);
+        let i = self.count % STREAM;
+        self.best[i] = Best::none(ray.t_max);
+        self.rays[i] = ray;
+        self.count = i + 1;
     }
 
     /// Closest hits, or for `ANY` any, of all rays.
     #[inline(always)]
     pub(super) fn traverse<S: Simd, const ANY: bool>(&mut self, simd: S, data: &Hierarchy) {
-        let mut active = ((1u64 << self.rays.len()) - 1) as u32;
+        let mut active = ((1u64 << self.count) - 1) as u32;
         let (mut current, mut rays, mut top) = (data.root, active, 0);
         while active != 0 {
             if rays & (rays - 1) == 0 {
@@ -88,7 +68,7 @@ impl<M: Mode> Stream<M> {
             } else if current.is_leaf() {
                 active &= !self.leaf::<S, ANY>(simd, data, current, rays);
             } else {
-                top = self.node(simd, data, current, rays, top);
+                top = self.node::<S, ANY>(simd, data, current, rays, top);
             }
 
             // The next child that rays still wait for.
@@ -119,35 +99,38 @@ impl<M: Mode> Stream<M> {
             weights,
         );
         self.best[i] = best;
-        self.lines[i].limit = best.t * CULL_INFLATION;
         if ANY && best.is_hit() { ray } else { 0 }
     }
 
     /// Pushes the children that some of the rays enter, the farthest first. The new top of the stack.
     #[inline(always)]
-    fn node<S: Simd>(&mut self, simd: S, data: &Hierarchy, node: Child, rays: u32, top: usize) -> usize {
+    fn node<S: Simd, const ANY: bool>(
+        &mut self,
+        simd: S,
+        data: &Hierarchy,
+        node: Child,
+        rays: u32,
+        top: usize,
+    ) -> usize {
         let node = &data.nodes[node.index()];
+        let octant = if ANY {
+            self.rays[rays.trailing_zeros() as usize % STREAM].octant as usize
+        } else {
+            self.octant
+        };
+        let sign = [octant & 1, octant >> 1 & 1, octant >> 2 & 1];
         let mut entering = simd.no_marks();
         let mut rest = rays;
         while rest != 0 {
             let i = rest.trailing_zeros();
             rest &= rest - 1;
-            let line = &self.lines[i as usize % STREAM];
-            let splat3 = |v: &[f32; 3]| v.map(|x| simd.splat8(x));
-            let slabs = Slabs {
-                rcp: splat3(&line.rcp),
-                near: splat3(&line.near),
-                far: splat3(if M::WATERTIGHT { &line.far } else { &line.near }),
-                t_min: simd.splat8(line.t_min),
-            };
-            let octant = line.octant as usize;
-            let sign = [octant & 1, octant >> 1 & 1, octant >> 2 & 1];
-            let (_, enters) = slabs.enter(simd, sign, node, line.limit);
+            let (ray, best) = (&self.rays[i as usize % STREAM], self.best[i as usize % STREAM]);
+            let sign = if ANY { ray.sign() } else { sign };
+            let (_, enters) = Slabs::new(simd, ray).enter(simd, sign, node, best.t * CULL_INFLATION);
             entering = simd.mark(entering, enters, 1 << i);
         }
 
-        let octant = self.lines[rays.trailing_zeros() as usize % STREAM].octant;
-        let packed = simd.pack_marked(&node.order, 3 * octant, &Child::bits(&node.children), entering);
+        let packed = simd.pack_marked(&node.order, 3 * octant as u32, &Child::bits(&node.children), entering);
         let top = top % STACK;
         self.children[top..top + WIDTH].copy_from_slice(&packed.lanes);
         self.waiting[top..top + WIDTH].copy_from_slice(&packed.marks);
@@ -175,7 +158,6 @@ impl<M: Mode> Stream<M> {
                 &mut self.weights[i],
             );
             self.best[i] = best;
-            self.lines[i].limit = best.t * CULL_INFLATION;
             if ANY {
                 hit |= u32::from(best.is_hit()) << i;
             }
