@@ -6,6 +6,7 @@
 use super::binning::{BINS, Binner, Bins, Bounds, Ref, Side, Split, bounds_of, centers_of};
 use super::data::{BLOCK, Child, Hierarchy, WIDTH};
 use super::emit::{Piece, Primitives, Tree};
+use super::morton;
 use super::splits::{LEAST_OVERLAP, Slabs};
 use crate::accel::Quality;
 use crate::geometry::Shape;
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 const MAX_LEAF: usize = 2 * BLOCK;
 
 /// References from which a node's children are built in parallel.
-const PARALLEL: usize = 16 * 1024;
+pub(super) const PARALLEL: usize = 16 * 1024;
 
 /// References that one thread bins or distributes at a time.
 const CHUNK: usize = 32 * 1024;
@@ -33,8 +34,8 @@ const NODE_COST: f32 = 1.0;
 const SPATIAL_GROWTH: f32 = 0.5;
 
 /// What the whole build shares.
-struct Build<'s> {
-    primitives: Primitives<'s>,
+pub(super) struct Build<'s> {
+    pub(super) primitives: Primitives<'s>,
     quality: Quality,
     /// Whether there are triangles and spheres, which no leaf may mix.
     mixed: bool,
@@ -47,16 +48,18 @@ pub(super) fn build(primitives: Primitives<'_>, quality: Quality) -> Hierarchy {
     let mut refs = references(shapes);
     let bounds = bounds_of(&refs);
     let count = refs.len();
-    let spare = if quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
-    refs.resize(count + spare, Ref::NONE);
-    let mut buffer = vec![Ref::NONE; refs.len()];
-
     let has = |spheres| shapes.iter().any(|s| matches!(s, Shape::Spheres(_)) == spheres);
     let build = Build { primitives, quality, mixed: has(true) && has(false), scene_area: bounds.half_area() };
-    let centers = centers_of(&refs[..count]);
-    let work = Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers };
-    let tree = build.tree(work, 0);
-    drop((refs, buffer));
+    let centers = centers_of(&refs);
+    let tree = if quality == Quality::Fast {
+        morton::tree(&build, &refs, &centers)
+    } else {
+        let spare = if quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
+        refs.resize(count + spare, Ref::NONE);
+        let mut buffer = vec![Ref::NONE; refs.len()];
+        build.tree(Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers }, 0)
+    };
+    drop(refs);
     let extent = (bounds.hi - bounds.lo).truncate().max_element();
     tree.assemble(if extent.is_finite() { extent } else { f32::MAX })
 }
@@ -187,7 +190,7 @@ impl Build<'_> {
     }
 
     /// Whether all may lie in one leaf.
-    fn is_uniform(&self, refs: &[Ref]) -> bool {
+    pub(super) fn is_uniform(&self, refs: &[Ref]) -> bool {
         let is_sphere = |r: &Ref| matches!(self.primitives.shapes[r.geom_id() as usize], Shape::Spheres(_));
         !self.mixed || refs.windows(2).all(|pair| is_sphere(&pair[0]) == is_sphere(&pair[1]))
     }
@@ -221,12 +224,9 @@ impl Build<'_> {
         })
     }
 
+    /// Few references need few bins.
     fn binner(&self, work: &Work<'_>) -> Binner {
-        let bins = (4 + work.count() / 8).min(BINS);
-        match self.quality {
-            Quality::Fast => Binner::new(&work.centers, bins.min(8)).longest_axis_only(),
-            Quality::Medium | Quality::High => Binner::new(&work.centers, bins),
-        }
+        Binner::new(&work.centers, (4 + work.count() / 8).min(BINS))
     }
 
     /// A spatial split that is cheaper than the object split, if there is one and room for its copies.

@@ -17,6 +17,7 @@ mod exactly;
 mod huge;
 mod mode;
 mod moeller;
+mod morton;
 mod packet;
 mod ray;
 mod simd;
