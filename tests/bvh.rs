@@ -174,6 +174,24 @@ fn every_instruction_set_gives_the_same_bits() {
 }
 
 #[test]
+fn the_fast_mode_answers_alike_singly_and_in_batches() {
+    let mut random = Random(7);
+    let shapes = mixed_scene(&mut random);
+    let rays = rays(30_000, &mut random);
+    let bvh = Bvh::new(&shapes, &BuildOptions { robust: false, ..options(Quality::Medium) }).unwrap();
+    let single = closest(&bvh.clone().with_single_rays(), &rays, Coherence::Incoherent);
+    assert!(single.iter().flatten().count() > 10_000);
+    for coherence in [Coherence::Coherent, Coherence::Incoherent] {
+        assert_eq!(closest(&bvh, &rays, coherence), single, "{coherence:?}");
+        let mut occluded = vec![false; rays.len()];
+        bvh.occluded(&rays, coherence, &mut occluded);
+        for (occluded, hit) in occluded.iter().zip(&single) {
+            assert_eq!(*occluded, hit.is_some());
+        }
+    }
+}
+
+#[test]
 fn coincident_primitives_resolve_to_the_smallest_ids() {
     let triangle = || mesh(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]; 100]);
     let shapes = [triangle(), triangle()];

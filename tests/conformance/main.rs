@@ -48,8 +48,7 @@ macro_rules! conformance {
     };
 }
 
-/// As `conformance`, for builds that are not robust; the other backends are always robust.
-#[cfg(feature = "embree")]
+/// As `conformance`, for builds that are not robust; brute force is always robust.
 macro_rules! conformance_without_robustness {
     ($($name:ident = $subject:expr;)*) => {
         $(
@@ -113,6 +112,12 @@ conformance! {
     bvh_fast = Subject::new(Backend::Bvh).quality(Quality::Fast);
     bvh_high = Subject::new(Backend::Bvh).quality(Quality::High);
     bvh_portable = Subject::bvh_on(Isa::Portable);
+}
+
+conformance_without_robustness! {
+    bvh_not_robust = Subject::new(Backend::Bvh);
+    bvh_high_not_robust = Subject::new(Backend::Bvh).quality(Quality::High);
+    bvh_portable_not_robust = Subject::bvh_on(Isa::Portable);
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -63,7 +63,6 @@ impl Subject {
         self
     }
 
-    #[cfg(feature = "embree")]
     pub(crate) fn not_robust(mut self) -> Self {
         self.options.robust = false;
         self

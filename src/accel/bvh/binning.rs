@@ -78,7 +78,7 @@ impl Ref {
 
     /// Centre of the box; halves first, so that huge coordinates do not overflow.
     #[inline(always)]
-    fn center(&self) -> Vec4 {
+    pub(super) fn center(&self) -> Vec4 {
         0.5 * self.lo + 0.5 * self.hi
     }
 }
@@ -123,21 +123,6 @@ impl Binner {
         let scale =
             Vec4::from_array(scale.to_array().map(|s| if s.is_finite() && s > 0.0 { s } else { 0.0 }));
         Self { base: centers.lo, scale, bins }
-    }
-
-    /// Only the axis of the greatest extent.
-    pub(super) fn longest_axis_only(mut self) -> Self {
-        let least =
-            self.scale.xyz().to_array().into_iter().filter(|&s| s > 0.0).fold(f32::INFINITY, f32::min);
-        let mut found = false;
-        for axis in 0..3 {
-            let keep = self.scale[axis] == least && !found;
-            found |= keep;
-            if !keep {
-                self.scale[axis] = 0.0;
-            }
-        }
-        self
     }
 
     /// Bins of the three axes. Rounding to the nearest integer by adding 2^23 leaves that integer in the low bits.

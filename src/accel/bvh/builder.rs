@@ -5,7 +5,8 @@
 
 use super::binning::{BINS, Binner, Bins, Bounds, Ref, Side, Split, bounds_of, centers_of};
 use super::data::{BLOCK, Child, Hierarchy, WIDTH};
-use super::emit::{Piece, Tree};
+use super::emit::{Piece, Primitives, Tree};
+use super::morton;
 use super::splits::{LEAST_OVERLAP, Slabs};
 use crate::accel::Quality;
 use crate::geometry::Shape;
@@ -17,7 +18,7 @@ use rayon::prelude::*;
 const MAX_LEAF: usize = 2 * BLOCK;
 
 /// References from which a node's children are built in parallel.
-const PARALLEL: usize = 16 * 1024;
+pub(super) const PARALLEL: usize = 16 * 1024;
 
 /// References that one thread bins or distributes at a time.
 const CHUNK: usize = 32 * 1024;
@@ -34,7 +35,7 @@ const SPATIAL_GROWTH: f32 = 0.5;
 
 /// What the whole build shares.
 pub(super) struct Build<'s> {
-    pub(super) shapes: &'s [Shape],
+    pub(super) primitives: Primitives<'s>,
     quality: Quality,
     /// Whether there are triangles and spheres, which no leaf may mix.
     mixed: bool,
@@ -42,20 +43,23 @@ pub(super) struct Build<'s> {
 }
 
 /// The hierarchy over all primitives with a box.
-pub(super) fn build(shapes: &[Shape], quality: Quality) -> Hierarchy {
+pub(super) fn build(primitives: Primitives<'_>, quality: Quality) -> Hierarchy {
+    let shapes = primitives.shapes;
     let mut refs = references(shapes);
     let bounds = bounds_of(&refs);
     let count = refs.len();
-    let spare = if quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
-    refs.resize(count + spare, Ref::NONE);
-    let mut buffer = vec![Ref::NONE; refs.len()];
-
     let has = |spheres| shapes.iter().any(|s| matches!(s, Shape::Spheres(_)) == spheres);
-    let build = Build { shapes, quality, mixed: has(true) && has(false), scene_area: bounds.half_area() };
-    let centers = centers_of(&refs[..count]);
-    let work = Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers };
-    let tree = build.tree(work, 0);
-    drop((refs, buffer));
+    let build = Build { primitives, quality, mixed: has(true) && has(false), scene_area: bounds.half_area() };
+    let centers = centers_of(&refs);
+    let tree = if quality == Quality::Fast {
+        morton::tree(&build, &refs, &centers)
+    } else {
+        let spare = if quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
+        refs.resize(count + spare, Ref::NONE);
+        let mut buffer = vec![Ref::NONE; refs.len()];
+        build.tree(Work { refs: &mut refs, other: &mut buffer, items: 0..count, bounds, centers }, 0)
+    };
+    drop(refs);
     let extent = (bounds.hi - bounds.lo).truncate().max_element();
     tree.assemble(if extent.is_finite() { extent } else { f32::MAX })
 }
@@ -133,11 +137,11 @@ impl Build<'_> {
     /// The same on one thread, straight into nodes.
     fn small(&self, work: Work<'_>, level: usize, piece: &mut Piece) -> Child {
         if work.count() <= BLOCK && self.is_uniform(work.items()) {
-            return piece.leaf(self.shapes, work.items());
+            return piece.leaf(self.primitives, work.items());
         }
         let mut children = self.open(work, level);
         if let [(only, _)] = &children[..] {
-            return piece.leaf(self.shapes, only.items());
+            return piece.leaf(self.primitives, only.items());
         }
         let mut bounds = [Bounds::EMPTY; WIDTH];
         for (bounds, (work, _)) in bounds.iter_mut().zip(&children) {
@@ -148,7 +152,7 @@ impl Build<'_> {
         let mut slots = [Child::EMPTY; WIDTH];
         for (slot, (work, is_leaf)) in slots.iter_mut().zip(children.drain(..)) {
             *slot = if is_leaf {
-                piece.leaf(self.shapes, work.items())
+                piece.leaf(self.primitives, work.items())
             } else {
                 self.small(work, level + 1, piece)
             };
@@ -186,8 +190,8 @@ impl Build<'_> {
     }
 
     /// Whether all may lie in one leaf.
-    fn is_uniform(&self, refs: &[Ref]) -> bool {
-        let is_sphere = |r: &Ref| matches!(self.shapes[r.geom_id() as usize], Shape::Spheres(_));
+    pub(super) fn is_uniform(&self, refs: &[Ref]) -> bool {
+        let is_sphere = |r: &Ref| matches!(self.primitives.shapes[r.geom_id() as usize], Shape::Spheres(_));
         !self.mixed || refs.windows(2).all(|pair| is_sphere(&pair[0]) == is_sphere(&pair[1]))
     }
 
@@ -220,12 +224,9 @@ impl Build<'_> {
         })
     }
 
+    /// Few references need few bins.
     fn binner(&self, work: &Work<'_>) -> Binner {
-        let bins = (4 + work.count() / 8).min(BINS);
-        match self.quality {
-            Quality::Fast => Binner::new(&work.centers, bins.min(8)).longest_axis_only(),
-            Quality::Medium | Quality::High => Binner::new(&work.centers, bins),
-        }
+        Binner::new(&work.centers, (4 + work.count() / 8).min(BINS))
     }
 
     /// A spatial split that is cheaper than the object split, if there is one and room for its copies.
@@ -239,7 +240,7 @@ impl Build<'_> {
         if !overlaps {
             return None;
         }
-        let split = slabs.best_split(self.shapes, work.items());
+        let split = slabs.best_split(self.primitives.shapes, work.items());
         let (left, right) = (split.left.count, split.right.count);
         let fits = left + right <= work.refs.len() && left.max(right) < work.count();
         (fits && split.cost < 0.99 * object.cost).then_some(split)
@@ -250,7 +251,7 @@ impl Build<'_> {
         let Work { refs, other, items, .. } = work;
         let (mut left, mut right) = (0, other.len());
         for r in &refs[items] {
-            let sides = slabs.sides(self.shapes, r, split);
+            let sides = slabs.sides(self.primitives.shapes, r, split);
             if let Some(part) = sides.0 {
                 other[left] = part;
                 left += 1;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Node            256 bytes: 6 x 8 planes, 8 children, 8 octant orders
-//! TriangleBlock   192 bytes: 3 corners x 3 axes x 4 triangles, their ids and flat axes
+//! TriangleBlock   192 bytes: 3 vectors x 3 axes x 4 triangles, their ids and flat axes
 //! SphereBlock     128 bytes: 4 spheres, their ids
 //! ```
 
@@ -53,6 +53,12 @@ impl Child {
     /// A leaf of sphere blocks.
     pub(super) fn spheres(first: usize, count: usize) -> Self {
         Self(Self::triangles(first, count).0 | Self::SPHERES)
+    }
+
+    /// The bits of eight children.
+    #[inline(always)]
+    pub(super) fn bits(children: &[Self; WIDTH]) -> [u32; WIDTH] {
+        children.map(|child| child.0)
     }
 
     #[inline(always)]
@@ -155,12 +161,12 @@ impl Node {
     };
 }
 
-/// Four triangles; unused lanes have NaN corners, which no test passes.
+/// Four triangles; unused lanes have NaN vectors, which no test passes.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct TriangleBlock {
-    /// `corners[corner][axis][lane]`
-    pub(super) corners: [[[f32; BLOCK]; 3]; 3],
+    /// `vectors[which][axis][lane]`: the corners, or what the [mode](super::mode::Mode::kept) keeps in their place.
+    pub(super) vectors: [[[f32; BLOCK]; 3]; 3],
     /// Geometry ids.
     pub(super) geom_ids: [u32; BLOCK],
     /// Primitive ids.
@@ -174,7 +180,7 @@ pub(super) struct TriangleBlock {
 impl TriangleBlock {
     /// No triangles.
     pub(super) const EMPTY: Self = Self {
-        corners: [[[f32::NAN; BLOCK]; 3]; 3],
+        vectors: [[[f32::NAN; BLOCK]; 3]; 3],
         geom_ids: [NO_ID; BLOCK],
         prim_ids: [NO_ID; BLOCK],
         flat_axes: [NOT_FLAT; BLOCK],

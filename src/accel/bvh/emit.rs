@@ -5,7 +5,14 @@ use super::data::{BLOCK, Child, Hierarchy, Node, SphereBlock, TriangleBlock, WID
 use super::huge;
 use super::ray::SLACK;
 use crate::geometry::Shape;
-use glam::Vec4Swizzles;
+use glam::{Vec3, Vec4Swizzles};
+
+/// What references refer to, and the three vectors by which a triangle is kept.
+#[derive(Clone, Copy)]
+pub(super) struct Primitives<'s> {
+    pub(super) shapes: &'s [Shape],
+    pub(super) kept: fn([Vec3; 3]) -> [Vec3; 3],
+}
 
 /// Nodes and leaves of a subtree; indices count from its own beginning.
 #[derive(Default)]
@@ -37,27 +44,27 @@ impl Piece {
     }
 
     /// A leaf of references of one kind.
-    pub(super) fn leaf(&mut self, shapes: &[Shape], refs: &[Ref]) -> Child {
+    pub(super) fn leaf(&mut self, primitives: Primitives<'_>, refs: &[Ref]) -> Child {
         let Some(first) = refs.first() else { return Child::EMPTY };
-        match &shapes[first.geom_id() as usize] {
+        match &primitives.shapes[first.geom_id() as usize] {
             Shape::Mesh(_) => {
                 let start = self.triangles.len();
-                self.triangles.extend(refs.chunks(BLOCK).map(|refs| triangle_block(shapes, refs)));
+                self.triangles.extend(refs.chunks(BLOCK).map(|refs| triangle_block(primitives, refs)));
                 Child::triangles(start, self.triangles.len() - start)
             }
             Shape::Spheres(_) => {
                 let start = self.spheres.len();
-                self.spheres.extend(refs.chunks(BLOCK).map(|refs| sphere_block(shapes, refs)));
+                self.spheres.extend(refs.chunks(BLOCK).map(|refs| sphere_block(primitives.shapes, refs)));
                 Child::spheres(start, self.spheres.len() - start)
             }
         }
     }
 }
 
-fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
+fn triangle_block(primitives: Primitives<'_>, refs: &[Ref]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
-        let Shape::Mesh(mesh) = &shapes[r.geom_id() as usize] else { continue };
+        let Shape::Mesh(mesh) = &primitives.shapes[r.geom_id() as usize] else { continue };
         let corners = mesh.triangle(r.prim_id());
         let is_flat =
             |axis: usize| corners[0][axis] == corners[1][axis] && corners[0][axis] == corners[2][axis];
@@ -65,9 +72,9 @@ fn triangle_block(shapes: &[Shape], refs: &[Ref]) -> TriangleBlock {
             block.flat_axes[lane] = axis as u8;
             block.any_flat = true;
         }
-        for (to, corner) in block.corners.iter_mut().zip(corners) {
+        for (to, vector) in block.vectors.iter_mut().zip((primitives.kept)(corners)) {
             for (axis, lanes) in to.iter_mut().enumerate() {
-                lanes[lane] = corner[axis];
+                lanes[lane] = vector[axis];
             }
         }
         block.geom_ids[lane] = r.geom_id();
@@ -90,23 +97,34 @@ fn sphere_block(shapes: &[Shape], refs: &[Ref]) -> SphereBlock {
 /// For each octant the children from the farthest to the nearest, by the corners' middle along its diagonal; empty
 /// slots count as farthest. The opposite octant has the opposite order among the children that there are.
 fn octant_orders(bounds: &[Bounds]) -> [u32; WIDTH] {
+    let mut middles = [[f32::INFINITY; WIDTH]; 3];
+    for (slot, b) in bounds.iter().enumerate() {
+        for (axis, middle) in middles.iter_mut().enumerate() {
+            middle[slot] = b.lo[axis] + b.hi[axis];
+        }
+    }
     let mut order = [0; WIDTH];
     for octant in 0..8u32 {
-        let sign = |axis: u32| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 };
-        let diagonal = glam::Vec3::new(sign(0), sign(1), sign(2));
-        let mut far_first = [(f32::INFINITY, 0); WIDTH];
-        for (slot, entry) in far_first.iter_mut().enumerate() {
-            entry.1 = slot as u32;
-            if let Some(b) = bounds.get(slot) {
-                entry.0 = (b.lo + b.hi).xyz().dot(diagonal);
-            }
+        let [x, y, z] = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 });
+        let mut far = [i32::MAX; WIDTH];
+        for slot in 0..bounds.len() {
+            far[slot] = ordered(x * middles[0][slot] + y * middles[1][slot] + z * middles[2][slot]);
         }
-        far_first.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        for (place, &(_, slot)) in order.iter_mut().zip(&far_first) {
-            *place |= slot << (3 * octant);
+        // A slot's place is the number of those before it: no branches, where sorting has many.
+        for slot in 0..WIDTH {
+            let comes_before =
+                |other: usize| far[other] > far[slot] || far[other] == far[slot] && other < slot;
+            let place = (0..WIDTH).filter(|&other| comes_before(other)).count();
+            order[place] |= (slot as u32) << (3 * octant);
         }
     }
     order
+}
+
+/// An integer that is ordered as the number is, NaN included, but below that of an empty slot.
+fn ordered(x: f32) -> i32 {
+    let bits = x.to_bits() as i32;
+    (bits ^ (bits >> 31 & i32::MAX)).min(i32::MAX - 1)
 }
 
 /// Pieces below the nodes whose children were built in parallel.

@@ -1,10 +1,12 @@
-//! The pure-Rust bounding volume hierarchy: 8-wide nodes, leaves of 4 primitives, one watertight triangle test.
+//! The pure-Rust bounding volume hierarchy: 8-wide nodes and leaves of 4 primitives, watertight or fast.
 //!
-//! Read `data` for what is kept, `builder` for how it is made, `single` for how one ray goes through it.
+//! Read `data` for what is kept, `builder` for how it is made, `single` for how one ray goes through it, `mode` for what
+//! the watertight and the fast mode differ in.
 //!
-//! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. The
-//! test is the same arithmetic on every path and instruction set, and boxes are tested with room for its rounding,
-//! so an answer does not depend on the order of traversal, the batch or the machine.
+//! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. In the
+//! watertight mode the test is the same arithmetic on every path and instruction set, and boxes are tested with room
+//! for its rounding, so an answer does not depend on the order of traversal, the batch or the machine. The fast mode
+//! promises no such thing, but has the same arithmetic on every path too.
 
 mod batch;
 mod binning;
@@ -13,6 +15,9 @@ mod data;
 mod emit;
 mod exactly;
 mod huge;
+mod mode;
+mod moeller;
+mod morton;
 mod packet;
 mod ray;
 mod simd;
@@ -20,7 +25,7 @@ mod single;
 mod sphere;
 mod splits;
 mod stream;
-mod triangle;
+mod watertight;
 
 pub use simd::Isa;
 
@@ -31,20 +36,26 @@ use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
 use batch::Grouping;
 use data::{Child, Hierarchy};
+use emit::Primitives;
+use mode::Mode;
+use moeller::Fast;
 use simd::Available;
 use std::sync::Arc;
 use std::time::Instant;
+use watertight::Watertight;
 
 /// The hierarchy. A clone shares it.
 ///
-/// Rays are always watertight, since that costs nothing here; without `robust` in the options hits are as f32 finds
-/// them. `compact` changes nothing, since the structure is smaller than Embree's fast one as it is.
+/// With `robust` in the options rays are watertight and hits are computed in f64 from their primitives; without it, both
+/// are as f32 has them fastest. `compact` changes nothing, since the structure is smaller than Embree's fast one as it is.
 #[derive(Clone)]
 pub struct Bvh {
     data: Arc<Hierarchy>,
     /// What the hierarchy is over: an answer's numbers come from the primitive itself.
     shapes: Vec<Shape>,
     isa: Available,
+    /// Whether `data` is for the watertight mode.
+    watertight: bool,
     /// Whether hits are computed anew in f64.
     exact: bool,
     single_rays: bool,
@@ -64,7 +75,8 @@ impl Bvh {
         if count > limit {
             return Err(too_many(count, "primitives", limit));
         }
-        let data = in_pool(options.threads, || builder::build(shapes, options.quality));
+        let kept = if options.robust { Watertight::kept } else { Fast::kept };
+        let data = in_pool(options.threads, || builder::build(Primitives { shapes, kept }, options.quality));
         let blocks = data.triangles.len().max(data.spheres.len());
         if blocks > Child::MAX_FIRST {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));
@@ -74,6 +86,7 @@ impl Bvh {
             data: Arc::new(data),
             shapes: shapes.to_vec(),
             isa: Available::best(),
+            watertight: options.robust,
             exact: options.robust,
             single_rays: false,
             build_seconds,
@@ -89,6 +102,11 @@ impl Bvh {
     /// The same hierarchy without packets and streams. For tests and benchmarks: the answers are the same.
     pub fn with_single_rays(self) -> Self {
         Self { single_rays: true, ..self }
+    }
+
+    /// The same hierarchy with hits as f32 finds them. For benchmarks: of traversal alone, without the exact hits.
+    pub fn with_raw_hits(self) -> Self {
+        Self { exact: false, ..self }
     }
 
     /// Computes a hit's numbers anew, in f64: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits,
@@ -127,7 +145,12 @@ fn in_pool<T: Send>(threads: usize, build: impl FnOnce() -> T + Send) -> T {
 impl Accelerator for Bvh {
     fn intersect(&self, rays: &[Ray], coherence: Coherence, hits: &mut [Option<Hit>]) {
         assert_eq!(rays.len(), hits.len(), "one hit per ray");
-        batch::closest_hits(self.isa, &self.data, self.grouping(coherence), rays, hits);
+        let (isa, data, grouping) = (self.isa, &*self.data, self.grouping(coherence));
+        if self.watertight {
+            batch::closest_hits::<Watertight>(isa, data, grouping, rays, hits);
+        } else {
+            batch::closest_hits::<Fast>(isa, data, grouping, rays, hits);
+        }
         if !self.exact {
             return;
         }
@@ -141,7 +164,12 @@ impl Accelerator for Bvh {
 
     fn occluded(&self, rays: &[Ray], coherence: Coherence, occluded: &mut [bool]) {
         assert_eq!(rays.len(), occluded.len(), "one answer per ray");
-        batch::any_hits(self.isa, &self.data, self.grouping(coherence), rays, occluded);
+        let (isa, data, grouping) = (self.isa, &*self.data, self.grouping(coherence));
+        if self.watertight {
+            batch::any_hits::<Watertight>(isa, data, grouping, rays, occluded);
+        } else {
+            batch::any_hits::<Fast>(isa, data, grouping, rays, occluded);
+        }
     }
 
     fn info(&self) -> AccelInfo {
@@ -150,8 +178,9 @@ impl Accelerator for Bvh {
             Isa::Sse2 => "sse2",
             Isa::Portable => "portable",
         };
+        let mode = if self.watertight { "" } else { " fast" };
         AccelInfo {
-            name: format!("bvh {isa}"),
+            name: format!("bvh {isa}{mode}"),
             memory_bytes: self.data.memory_bytes(),
             build_seconds: self.build_seconds,
         }

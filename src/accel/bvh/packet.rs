@@ -4,14 +4,16 @@
 //! visits whatever one of the rays would visit (Overbeck, Ramamoorthi and Mark 2008, "Large Ray Packets for Real-time
 //! Whitted Ray Tracing", as the packets of Embree do it). The triangle test is the one of a single ray, lane by lane.
 
-use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place, TriangleBlock};
+use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place};
+use super::mode::Mode;
 use super::ray::{
-    AXES, Best, CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, Prepared, SLACK, Weights,
+    Best, CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, Prepared, SLACK, Weights,
     comes_first,
 };
 use super::simd::{Lanes, Mask, Simd};
-use super::single::{Stack, edge_on_lanes, pop, push_sorted};
-use super::{sphere, triangle};
+use super::single::{Stack, pop, push_sorted};
+use super::sphere;
+use super::watertight::AXES;
 use crate::core::{Hit, Ray, Skip};
 
 /// Rays of a packet.
@@ -24,13 +26,10 @@ const SLOPE_SPREAD: f32 = 0.06;
 const ORIGIN_SPREAD: f32 = 0.01;
 
 /// Eight rays that go nearly the same way.
-pub(super) struct Packet<F> {
-    axes: [usize; 3],
+pub(super) struct Packet<M: Mode, F: Copy> {
     sign: [usize; 3],
     frustum: Frustum<F>,
-    origin: [F; 3],
-    rcp: [F; 3],
-    shear: triangle::Shear<F>,
+    bundle: M::Bundle<F>,
     t_min: F,
     t_max: F,
     /// Whether one of the rays has a skip rule.
@@ -58,7 +57,7 @@ fn range<F: Lanes<PACKET>>(v: F) -> (f32, f32) {
     (fold(|a, b| if a < b { a } else { b }), fold(|a, b| if a > b { a } else { b }))
 }
 
-impl<F: Lanes<PACKET>> Packet<F> {
+impl<M: Mode, F: Lanes<PACKET>> Packet<M, F> {
     /// The rays as a packet, if they are active, start and go alike, and need no scaling.
     #[inline(always)]
     pub(super) fn new<S: Simd<F8 = F>>(simd: S, data: &Hierarchy, rays: &[Ray; PACKET]) -> Option<Self> {
@@ -101,24 +100,21 @@ impl<F: Lanes<PACKET>> Packet<F> {
 
         // Close together.
         let z = rcp[fastest];
-        let shear = [dir[axes[0]] * z, dir[axes[1]] * z, z];
+        let slopes = [dir[axes[0]] * z, dir[axes[1]] * z];
         let is_narrow = |v: F, spread: f32| {
             let (least, greatest) = range(v);
             (greatest - least <= spread).then_some((least, greatest))
         };
-        is_narrow(shear[0], SLOPE_SPREAD)?;
-        is_narrow(shear[1], SLOPE_SPREAD)?;
+        is_narrow(slopes[0], SLOPE_SPREAD)?;
+        is_narrow(slopes[1], SLOPE_SPREAD)?;
         let spread = ORIGIN_SPREAD * data.extent;
         let origins =
             [is_narrow(origin[0], spread)?, is_narrow(origin[1], spread)?, is_narrow(origin[2], spread)?];
 
         Some(Self {
-            axes,
             sign,
-            frustum: Frustum::new(simd, sign, origins, rcp, range(t_min).0),
-            origin,
-            rcp,
-            shear: triangle::Shear { origin: [origin[axes[0]], origin[axes[1]], origin[axes[2]]], shear },
+            frustum: Frustum::new::<S, M>(simd, sign, origins, rcp, range(t_min).0),
+            bundle: M::bundle(axes, origin, dir, rcp),
             t_min,
             t_max: t_max.min(simd.splat8(f32::MAX)),
             has_rules: rays.iter().any(|ray| ray.skip != Skip::None),
@@ -129,7 +125,7 @@ impl<F: Lanes<PACKET>> Packet<F> {
 impl<F: Lanes<PACKET>> Frustum<F> {
     /// Entries count from the last origin along the ray at the greatest speed, exits from the first at the least.
     #[inline(always)]
-    fn new<S: Simd<F8 = F>>(
+    fn new<S: Simd<F8 = F>, M: Mode>(
         simd: S,
         sign: [usize; 3],
         origins: [(f32, f32); 3],
@@ -139,7 +135,8 @@ impl<F: Lanes<PACKET>> Frustum<F> {
         let zero = simd.splat8(0.0);
         let [near_rcp, near, far_rcp, far] = [[zero; 3]; 4];
         let mut frustum = Self { near_rcp, near, far_rcp, far, t_min: simd.splat8(t_min) };
-        let slack = SLACK * origins.iter().fold(0.0f32, |most, o| most.max(o.0.abs()).max(o.1.abs()));
+        let farthest = origins.iter().fold(0.0f32, |most, o| most.max(o.0.abs()).max(o.1.abs()));
+        let slack = if M::WATERTIGHT { SLACK * farthest } else { 0.0 };
         for axis in 0..3 {
             let ((first, last), (least, greatest)) = (origins[axis], range(rcp[axis]));
             let (near, far) = if sign[axis] == 0 {
@@ -188,11 +185,11 @@ impl<F: Lanes<PACKET>> Found<F> {
 
 /// Closest hits of a packet, and how many leaves it took to find them.
 #[inline(always)]
-pub(super) fn traverse<S: Simd>(
+pub(super) fn traverse<S: Simd, M: Mode>(
     simd: S,
     data: &Hierarchy,
     rays: &[Ray; PACKET],
-    packet: &Packet<S::F8>,
+    packet: &Packet<M, S::F8>,
     stack: &mut Stack,
     hits: &mut [Option<Hit>],
 ) -> usize {
@@ -240,18 +237,18 @@ pub(super) fn traverse<S: Simd>(
 
 /// The rays against the primitives of a leaf. Whether any found something better.
 #[inline(always)]
-fn leaf<S: Simd>(
+fn leaf<S: Simd, M: Mode>(
     simd: S,
     data: &Hierarchy,
     rays: &[Ray; PACKET],
-    packet: &Packet<S::F8>,
+    packet: &Packet<M, S::F8>,
     leaf: Child,
     found: &mut Found<S::F8>,
 ) -> bool {
     let mut improved = false;
     if leaf.is_spheres() {
         for lane in 0..PACKET {
-            improved |= one_by_one(simd, rays, found, lane, |ray, best, weights| {
+            improved |= one_by_one::<S, M>(simd, rays, found, lane, |ray, best, weights| {
                 sphere::intersect_leaf(data, ray, leaf, best, weights)
             });
         }
@@ -262,20 +259,12 @@ fn leaf<S: Simd>(
             if block.geom_ids[lane] == NO_ID {
                 break;
             }
-            let crossing = triangle::cross(&packet.shear, &splat_triangle(simd, packet.axes, block, lane));
-            if crossing.inside.bits() == 0 {
+            let interval = [packet.t_min, found.t];
+            let Some(crossing) = M::test_bundle(simd, &packet.bundle, block, lane, interval) else {
                 continue;
-            }
-            let mut t = crossing.distance(&packet.shear);
-            let axis = usize::from(block.flat_axes[lane]);
-            if axis < 3 {
-                let plane = simd.splat8(block.corners[0][axis][lane]);
-                let flat =
-                    crossing.flat_distance(&packet.shear, packet.origin[axis], plane, packet.rcp[axis]);
-                t = flat.select(crossing.is_blurred(&packet.shear, t), t);
-            }
+            };
             let place = Place::triangle(leaf.first() + i, lane);
-            let mut hits = crossing.hits(t, packet.t_min, found.t);
+            let (mut hits, t) = (crossing.hits, crossing.t);
             let ties = hits.bits() & !t.ne(found.t).bits();
             if ties != 0 || packet.has_rules {
                 hits = simd.mask8(accepted(data, rays, found, hits.bits(), ties, place));
@@ -283,15 +272,15 @@ fn leaf<S: Simd>(
             if hits.bits() != 0 {
                 improved = true;
                 found.t = t.select(hits, found.t);
-                found.v = crossing.v.select(hits, found.v);
-                found.w = crossing.w.select(hits, found.w);
-                found.det = crossing.det.select(hits, found.det);
+                let [v, w, det] = crossing.weights;
+                found.v = v.select(hits, found.v);
+                found.w = w.select(hits, found.w);
+                found.det = det.select(hits, found.det);
                 found.places = simd.splat8(f32::from_bits(place.0)).select(hits, found.places);
             }
-            let edge_on = crossing.edge_on();
-            for ray in (0..PACKET).filter(|ray| edge_on >> ray & 1 == 1) {
-                improved |= one_by_one(simd, rays, found, ray, |ray, best, weights| {
-                    edge_on_lanes(data, ray, leaf.first() + i, 1 << lane, best, weights)
+            for ray in (0..PACKET).filter(|ray| crossing.edge_on >> ray & 1 == 1) {
+                improved |= one_by_one::<S, M>(simd, rays, found, ray, |ray, best, weights| {
+                    M::edge_on_lanes(data, ray, leaf.first() + i, 1 << lane, best, weights)
                 });
             }
         }
@@ -316,30 +305,15 @@ fn accepted<F: Lanes<PACKET>>(
     lanes.filter(|&i| !rays[i].skip.rejects(geom_id, prim_id)).fold(0, |bits, i| bits | 1 << i)
 }
 
-/// One triangle of a block in all lanes.
-#[inline(always)]
-fn splat_triangle<S: Simd>(
-    simd: S,
-    axes: [usize; 3],
-    block: &TriangleBlock,
-    lane: usize,
-) -> triangle::Corners<S::F8> {
-    let [x, y, z] = axes;
-    let [a, b, c] = &block.corners;
-    let corner =
-        |p: &[[f32; BLOCK]; 3]| [simd.splat8(p[x][lane]), simd.splat8(p[y][lane]), simd.splat8(p[z][lane])];
-    [corner(a), corner(b), corner(c)]
-}
-
 /// Lets one ray of the packet find something by itself.
 #[cold]
 #[inline(never)]
-fn one_by_one<S: Simd>(
+fn one_by_one<S: Simd, M: Mode>(
     simd: S,
     rays: &[Ray; PACKET],
     found: &mut Found<S::F8>,
     lane: usize,
-    find: impl FnOnce(&Prepared, Best, &mut Weights) -> Best,
+    find: impl FnOnce(&Prepared<M>, Best, &mut Weights) -> Best,
 ) -> bool {
     let before = Best { t: found.t.to_array()[lane], place: found.place(lane) };
     let mut weights = Weights::NONE;

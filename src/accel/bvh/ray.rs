@@ -1,8 +1,9 @@
 //! What a ray is turned into once, before it meets any box or primitive.
 
 use super::data::{BLOCK, Hierarchy, Place};
+use super::mode::Mode;
 use crate::core::{Hit, Ray, Skip};
-use glam::{Vec3, Vec3A, Vec3Swizzles};
+use glam::{Vec3, Vec3A};
 
 /// By how much boxes are wider than their primitives, as a part of their largest coordinate, and origins wider than
 /// points: room for the roundings of the slab test (after Ize 2013, "Robust BVH Ray Traversal") and of the triangle
@@ -24,15 +25,11 @@ pub(super) const GREATEST_LENGTH: f32 = 1e6;
 ///
 /// Its triples are vectors: written and read as one, they pass the store buffer, which separate writes would not.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Prepared {
+pub(super) struct Prepared<M: Mode> {
     pub(super) origin: Vec3A,
-    /// The same by the axes of the shear.
-    pub(super) turned_origin: Vec3A,
-    /// The axes in the order of the shear: `axes[2]` is the one along which the ray is fastest.
-    pub(super) axes: [usize; 3],
-    /// `dir[axes[0]] / dir[axes[2]]`, `dir[axes[1]] / dir[axes[2]]`, `1 / dir[axes[2]]`
-    /// (Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
-    pub(super) shear: Vec3A,
+    pub(super) dir: Vec3A,
+    /// What the triangle test needs beside these.
+    pub(super) line: M::Line,
     /// What the slab test needs.
     pub(super) slabs: Slabs,
     /// Bit k is set where the direction is negative along axis k.
@@ -50,23 +47,26 @@ pub(super) struct Prepared {
 pub(super) struct Slabs {
     /// `1 / dir`, finite.
     pub(super) rcp: Vec3A,
-    /// `origin / dir`, for the last origin along the ray that [`SLACK`] allows.
+    /// `origin / dir`; in the watertight mode for the last origin along the ray that [`SLACK`] allows.
     pub(super) near: Vec3A,
-    /// The same for the first.
+    /// The same, there for the first.
     pub(super) far: Vec3A,
 }
 
 impl Slabs {
     #[inline(always)]
-    fn new(origin: Vec3A, dir: Vec3A) -> Self {
+    fn new<M: Mode>(origin: Vec3A, dir: Vec3A) -> Self {
         let rcp = (1.0 / dir).clamp(Vec3A::splat(-GREATEST_RECIPROCAL), Vec3A::splat(GREATEST_RECIPROCAL));
         let middle = origin * rcp;
+        if !M::WATERTIGHT {
+            return Self { rcp, near: middle, far: middle };
+        }
         let slack = SLACK * origin.abs().element_sum() * rcp.abs();
         Self { rcp, near: middle + slack, far: middle - slack }
     }
 }
 
-impl Prepared {
+impl<M: Mode> Prepared<M> {
     /// The inner form of a ray. An inactive one ends before it starts.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
@@ -83,18 +83,11 @@ impl Prepared {
             (t_min, t_max, t_scale) = (scaled.t_min, scaled.t_max, scale);
         }
 
-        // Which components are at least the next one tells the greatest without branches, which incoherent rays would
-        // mispredict.
-        let length = dir.abs();
-        let axes = AXES_BY_ORDER[length.cmpge(length.yzx()).bitmask() as usize & 7];
-        let slabs = Slabs::new(origin, dir);
-        let (along, from) = (dir.to_array(), origin.to_array());
-        let z = slabs.rcp.to_array()[axes[2]];
+        let slabs = Slabs::new::<M>(origin, dir);
         Self {
             origin,
-            turned_origin: Vec3A::new(from[axes[0]], from[axes[1]], from[axes[2]]),
-            axes,
-            shear: Vec3A::new(along[axes[0]] * z, along[axes[1]] * z, z),
+            dir,
+            line: M::line(origin, dir, slabs.rcp),
             octant: slabs.rcp.is_negative_bitmask(),
             slabs,
             t_min,
@@ -110,23 +103,7 @@ impl Prepared {
         let octant = self.octant as usize;
         [octant & 1, octant >> 1 & 1, octant >> 2 & 1]
     }
-
-    /// The direction, for the tests that need it.
-    pub(super) fn dir(&self) -> Vec3 {
-        let mut dir = Vec3::ZERO;
-        let [x, y, z] = self.axes;
-        (dir[x], dir[y], dir[z]) =
-            (self.shear.x / self.shear.z, self.shear.y / self.shear.z, 1.0 / self.shear.z);
-        dir
-    }
 }
-
-/// Axes of the shear for each fastest axis.
-pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
-
-/// Axes of the shear by the bits `x >= y`, `y >= z`, `z >= x` of the direction's absolute components.
-const AXES_BY_ORDER: [[usize; 3]; 8] =
-    [AXES[0], AXES[0], AXES[1], AXES[0], AXES[2], AXES[2], AXES[1], AXES[0]];
 
 /// A ray that is inactive, or whose direction has an extreme length, in numbers that are usual, and one `t` of the given
 /// ray in its own.
@@ -169,14 +146,14 @@ impl Best {
     /// Whether a hit that is no farther counts and is nearer, or as near with smaller ids: a total order, so no path
     /// can disagree.
     #[inline(always)]
-    pub(super) fn loses_to(&self, data: &Hierarchy, ray: &Prepared, t: f32, place: Place) -> bool {
+    pub(super) fn loses_to(&self, data: &Hierarchy, skip: Skip, t: f32, place: Place) -> bool {
         (t < self.t || comes_first(data, place, self.place))
-            && !(ray.skip != Skip::None && is_skipped(data, ray, place))
+            && !(skip != Skip::None && is_skipped(data, skip, place))
     }
 
     /// The hit as callers know it, if there is one.
     #[inline(always)]
-    pub(super) fn hit(&self, data: &Hierarchy, ray: &Prepared, weights: &Weights) -> Option<Hit> {
+    pub(super) fn hit<M: Mode>(&self, data: &Hierarchy, ray: &Prepared<M>, weights: &Weights) -> Option<Hit> {
         if !self.is_hit() {
             return None;
         }
@@ -205,7 +182,7 @@ pub(super) fn comes_first(data: &Hierarchy, place: Place, before: Place) -> bool
 
 /// Whether the ray must not hit what is at a place. Asked for each of the few hits of a ray with a rule.
 #[inline(never)]
-fn is_skipped(data: &Hierarchy, ray: &Prepared, place: Place) -> bool {
+fn is_skipped(data: &Hierarchy, skip: Skip, place: Place) -> bool {
     let (geom_id, prim_id) = data.ids(place);
-    ray.skip.rejects(geom_id, prim_id)
+    skip.rejects(geom_id, prim_id)
 }

@@ -1,9 +1,10 @@
 //! One ray at a time: depth first, nearest child first, hit children prefetched while they are being sorted.
 
-use super::data::{Child, Hierarchy, Node, Place};
+use super::data::{BLOCK, Child, Hierarchy, Node, Place};
+use super::mode::Mode;
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::simd::{Lanes, Mask, Simd};
-use super::{sphere, triangle};
+use super::sphere;
 use glam::Vec3A;
 
 /// Entries of a traversal stack: the builder bounds the depth so that 7 waiting children a level fit.
@@ -37,20 +38,20 @@ fn entry(distance: f32, child: Child) -> u64 {
 
 /// The slab test's constants over eight lanes: see [`super::ray::Slabs`].
 pub(super) struct Slabs<F> {
-    rcp: [F; 3],
-    near: [F; 3],
-    far: [F; 3],
-    t_min: F,
+    pub(super) rcp: [F; 3],
+    pub(super) near: [F; 3],
+    pub(super) far: [F; 3],
+    pub(super) t_min: F,
 }
 
 impl<F: Lanes<8>> Slabs<F> {
     #[inline(always)]
-    pub(super) fn new<S: Simd<F8 = F>>(simd: S, ray: &Prepared) -> Self {
+    pub(super) fn new<S: Simd<F8 = F>, M: Mode>(simd: S, ray: &Prepared<M>) -> Self {
         let splat3 = |v: Vec3A| [simd.splat8(v.x), simd.splat8(v.y), simd.splat8(v.z)];
         Self {
             rcp: splat3(ray.slabs.rcp),
             near: splat3(ray.slabs.near),
-            far: splat3(ray.slabs.far),
+            far: splat3(if M::WATERTIGHT { ray.slabs.far } else { ray.slabs.near }),
             t_min: simd.splat8(ray.t_min),
         }
     }
@@ -77,10 +78,10 @@ impl<F: Lanes<8>> Slabs<F> {
 
 /// The best of `best` and what the ray hits from `start` down; for `ANY`, the first hit that is better.
 #[inline(always)]
-pub(super) fn traverse<S: Simd, const ANY: bool>(
+pub(super) fn traverse<S: Simd, M: Mode, const ANY: bool>(
     simd: S,
     data: &Hierarchy,
-    ray: &Prepared,
+    ray: &Prepared<M>,
     stack: &mut Stack,
     start: Child,
     mut best: Best,
@@ -111,7 +112,7 @@ pub(super) fn traverse<S: Simd, const ANY: bool>(
             }
         }
 
-        best = intersect_leaf::<S, ANY>(simd, data, ray, current, best, weights);
+        best = intersect_leaf::<S, M, ANY>(simd, data, ray, current, best, weights);
         if ANY && best.is_hit() {
             return best;
         }
@@ -213,10 +214,10 @@ pub(super) fn prefetch<S: Simd>(simd: S, data: &Hierarchy, child: Child) {
 
 /// The best of `best` and the primitives of a leaf; for `ANY`, the first that is better.
 #[inline(always)]
-pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
+pub(super) fn intersect_leaf<S: Simd, M: Mode, const ANY: bool>(
     simd: S,
     data: &Hierarchy,
-    ray: &Prepared,
+    ray: &Prepared<M>,
     leaf: Child,
     mut best: Best,
     weights: &mut Weights,
@@ -224,66 +225,29 @@ pub(super) fn intersect_leaf<S: Simd, const ANY: bool>(
     if leaf.is_spheres() {
         return sphere::intersect_leaf(data, ray, leaf, best, weights);
     }
-    let shear = triangle::Shear::of_ray(simd, ray);
+    let lanes = M::lanes(simd, ray);
     for (i, block) in data.triangles[leaf.blocks()].iter().enumerate() {
-        let crossing = triangle::cross(&shear, &triangle::load_block(simd, ray.axes, block));
-        let inside = crossing.inside.bits();
-        if inside == 0 {
-            continue;
-        }
-        let mut t = crossing.distance(&shear);
-        if block.any_flat {
-            let blurred = inside & crossing.is_blurred(&shear, t).bits();
-            if blurred != 0 {
-                t = simd.load4(&triangle::with_flat_distances(ray, block, blurred, t.to_array()));
-            }
-        }
-        let mut hits = crossing.hits(t, simd.splat4(ray.t_min), simd.splat4(best.t)).bits();
+        let Some(crossing) = M::test_block(simd, ray, &lanes, block, best.t) else { continue };
+        let mut hits = crossing.hits.bits();
         if hits != 0 {
-            let (t, before) = (t.to_array(), best.place);
+            let (t, before) = (crossing.t.to_array(), best.place);
             while hits != 0 {
-                let lane = hits.trailing_zeros() as usize & 3;
+                let lane = hits.trailing_zeros() as usize % BLOCK;
                 hits &= hits - 1;
                 let place = Place::triangle(leaf.first() + i, lane);
-                if t[lane] <= best.t && best.loses_to(data, ray, t[lane], place) {
+                if t[lane] <= best.t && best.loses_to(data, ray.skip, t[lane], place) {
                     best = Best { t: t[lane], place };
                 }
             }
             if !ANY && best.place != before {
-                *weights = Weights([crossing.v.to_array(), crossing.w.to_array(), crossing.det.to_array()]);
+                *weights = Weights(crossing.weights.map(Lanes::to_array));
             }
         }
-        let edge_on = crossing.edge_on();
-        if edge_on != 0 {
-            best = edge_on_lanes(data, ray, leaf.first() + i, edge_on, best, weights);
+        if crossing.edge_on != 0 {
+            best = M::edge_on_lanes(data, ray, leaf.first() + i, crossing.edge_on, best, weights);
         }
         if ANY && best.is_hit() {
             break;
-        }
-    }
-    best
-}
-
-/// The lanes whose edge functions vanish in f32: seldom, and by way of f64.
-#[cold]
-#[inline(never)]
-pub(super) fn edge_on_lanes(
-    data: &Hierarchy,
-    ray: &Prepared,
-    index: usize,
-    lanes: u32,
-    mut best: Best,
-    weights: &mut Weights,
-) -> Best {
-    for lane in (0..4).filter(|lane| lanes >> lane & 1 == 1) {
-        let place = Place::triangle(index, lane);
-        if let Some((t, v, w)) = triangle::solve_edge_on(ray, &data.triangles[index], lane)
-            && t >= ray.t_min
-            && t <= best.t
-            && best.loses_to(data, ray, t, place)
-        {
-            best = Best { t, place };
-            *weights = Weights([[v; 4], [w; 4], [1.0; 4]]);
         }
     }
     best
