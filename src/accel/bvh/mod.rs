@@ -157,7 +157,9 @@ impl Accelerator for Bvh {
         for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
             let known = EightPoints::new(&self.shapes, rays, hits);
             for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-                *hit = hit.and_then(|hit| self.polish(ray, hit, known.get(lane)));
+                *hit = hit.and_then(|hit| {
+                    known.confirm(lane, &hit).or_else(|| self.polish(ray, hit, known.get(lane)))
+                });
             }
         }
     }

@@ -5,7 +5,9 @@
 
 mod eight;
 
-pub(super) use eight::{AGREEMENT, EightPoints};
+#[cfg(feature = "embree")]
+pub(super) use eight::AGREEMENT;
+pub(super) use eight::EightPoints;
 
 use crate::core::Ray;
 use crate::geometry::Sphere;
