@@ -100,10 +100,15 @@ fn the_mean_over_many_seeds_is_that_of_even_samples() {
 #[test]
 fn the_error_is_lower_where_noise_is_uneven() {
     // By what pictures of different seeds differ. The lamp itself is out of view: it fills less than a pixel, whose
-    // neighbours, which decide for it, know nothing of its noise.
+    // neighbours, which decide for it, know nothing of its noise. Half of the picture is floor: where only edges are
+    // noisy, whose error falls faster than the rule reckons with, even samples do better.
     let squared_error = |adaptive: &'static str, spp: &'static str| -> f64 {
-        let settings =
-            [("settings.adaptive", adaptive), ("settings.spp", spp), ("lights.0.center", "[0.5, 4.0, 2.0]")];
+        let settings = [
+            ("settings.adaptive", adaptive),
+            ("settings.spp", spp),
+            ("lights.0.center", "[0.5, 4.0, 2.0]"),
+            ("camera.look_at", "[0, 1.5, 0]"),
+        ];
         let pictures: Vec<_> = (0..8).map(|seed| luminance(&picture(&with(&settings, seed)).film)).collect();
         let pixels = pictures[0].len();
         let variance = |i: usize| {

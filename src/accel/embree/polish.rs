@@ -66,7 +66,8 @@ fn verdict(shapes: &[Shape], ray: &Ray, found: Hit, known: Option<Point>) -> Ver
 impl Scene {
     /// Makes Embree's closest hits exact, and finds others for those that a rule or the primitive itself denies.
     ///
-    /// Measured at 40 to 65 ns a hit on 5,000 triangles and 30 to 115 ns on 1.3 million, on a loaded machine: there
+    /// In f64 alone it took 40 to 65 ns a hit on 5,000 triangles and 30 to 115 ns on 1.3 million, on a loaded machine; with
+    /// ordinary hits in f32, eight at a time, whole renders take 5 to 17 % less time. With many triangles
     /// the corners come from memory, and shading, which needs them next, finds them in the cache.
     pub(super) fn settle_exactly(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {

@@ -309,7 +309,10 @@ mod tests {
         let sky = Lights::new(vec![], Some(Environment::Constant(Rgb::WHITE)));
         assert!(sky.sample(&looking, 0.5, [0.5; 2]).is_none() && sky.sample(&alone, 0.5, [0.5; 2]).is_some());
         let softboxes = Lights::new(lamp(), Some(Environment::product_shot(1.0, 0.0)));
-        assert!(softboxes.ln_pdf_environment(&looking, Vec3::Y).is_finite());
+        let [key_light, cove] = [Vec3::new(-0.75, 0.75, 0.65).normalize(), Vec3::NEG_Y];
+        assert!(softboxes.ln_pdf_environment(&looking, key_light).is_finite());
+        assert_eq!(softboxes.ln_pdf_environment(&looking, cove), f32::NEG_INFINITY);
+        assert!(softboxes.ln_pdf_environment(&alone, cove).is_finite());
     }
 
     #[test]
