@@ -154,7 +154,7 @@ pub enum SkipSupport {
 pub struct BuildOptions {
     /// Time spent on the structure.
     pub quality: Quality,
-    /// Watertight tests, so that no ray slips through a shared edge, and hits computed in f64 from the primitive
+    /// Watertight tests, so that no ray slips through a shared edge, and hits computed from the primitive
     /// itself, so that they do not depend on the call that found it. Off, a render takes 7 to 14 % less time, hits on
     /// thin triangles seen at a grazing angle may lie anywhere, and hits differ by roundings with their company.
     pub robust: bool,

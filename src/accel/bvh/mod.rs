@@ -29,9 +29,8 @@ mod watertight;
 
 pub use simd::Isa;
 
-use super::exact::{self, EightPoints, Point};
+use super::exact::{self, Point};
 use super::{AccelError, AccelInfo, Accelerator, BuildOptions, Coherence};
-use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray};
 use crate::geometry::Shape;
 use batch::Grouping;
@@ -46,7 +45,7 @@ use watertight::Watertight;
 
 /// The hierarchy. A clone shares it.
 ///
-/// With `robust` in the options rays are watertight and hits are computed in f64 from their primitives; without it, both
+/// With `robust` in the options rays are watertight and hits are computed anew from their primitives; without it, both
 /// are as f32 has them fastest. `compact` changes nothing, since the structure is smaller than Embree's fast one as it is.
 #[derive(Clone)]
 pub struct Bvh {
@@ -56,7 +55,7 @@ pub struct Bvh {
     isa: Available,
     /// Whether `data` is for the watertight mode.
     watertight: bool,
-    /// Whether hits are computed anew in f64.
+    /// Whether hits are computed anew from their primitives.
     exact: bool,
     single_rays: bool,
     build_seconds: f64,
@@ -109,7 +108,7 @@ impl Bvh {
         Self { exact: false, ..self }
     }
 
-    /// Computes a hit's numbers anew, in f64: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits,
+    /// Computes a hit's numbers anew, in f64 where its point is not known: on a sliver seen at a grazing angle f32 leaves `u` and `v` few digits,
     /// and may name a primitive that the ray passes by, so that it must be asked again.
     ///
     /// The corners that it reads are those that shading needs next.
@@ -151,16 +150,8 @@ impl Accelerator for Bvh {
         } else {
             batch::closest_hits::<Fast>(isa, data, grouping, rays, hits);
         }
-        if !self.exact {
-            return;
-        }
-        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
-            let known = EightPoints::new(&self.shapes, rays, hits);
-            for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-                *hit = hit.and_then(|hit| {
-                    known.confirm(lane, &hit).or_else(|| self.polish(ray, hit, known.get(lane)))
-                });
-            }
+        if self.exact {
+            exact::settle(&self.shapes, rays, hits, |ray, hit, known| self.polish(ray, hit, known));
         }
     }
 

@@ -14,7 +14,6 @@ use super::scene::Scene;
 use super::single::{intersect_one, occluded_one};
 use crate::accel::Coherence;
 use crate::accel::exact::{self, AGREEMENT, EightPoints, Point};
-use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Skip};
 use crate::geometry::Shape;
 
@@ -67,26 +66,18 @@ impl Scene {
     /// Makes Embree's closest hits exact, and finds others for those that a rule or the primitive itself denies.
     ///
     /// In f64 alone it took 40 to 65 ns a hit on 5,000 triangles and 30 to 115 ns on 1.3 million, on a loaded machine; with
-    /// ordinary hits in f32, eight at a time, whole renders take 5 to 17 % less time. With many triangles
-    /// the corners come from memory, and shading, which needs them next, finds them in the cache.
+    /// ordinary hits in f32, eight at a time, whole renders take 5 to 17 % less time. With many triangles the corners come
+    /// from memory, and shading, which needs them next, finds them in the cache.
     pub(super) fn settle_exactly(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
-            let known = EightPoints::new(self.shapes(), rays, hits);
-            for (lane, (ray, answer)) in rays.iter().zip(hits).enumerate() {
-                let Some(found) = *answer else { continue };
-                let confirmed = known.confirm(lane, &found);
-                *answer = if ray.skip.rejects(found.geom_id, found.prim_id) {
-                    self.ask_again(ray, Care::Checking)
-                } else if confirmed.is_some() {
-                    confirmed
-                } else {
-                    match verdict(self.shapes(), ray, found, known.get(lane)) {
-                        Verdict::Right(hit) => Some(hit),
-                        _ => self.ask_again(ray, Care::Exhaustive),
-                    }
-                };
+        exact::settle(self.shapes(), rays, hits, |ray, found, known| {
+            if ray.skip.rejects(found.geom_id, found.prim_id) {
+                return self.ask_again(ray, Care::Checking);
             }
-        }
+            match verdict(self.shapes(), ray, found, known) {
+                Verdict::Right(hit) => Some(hit),
+                _ => self.ask_again(ray, Care::Exhaustive),
+            }
+        });
     }
 
     /// Takes Embree's closest hits as they are, up to a rounding at the interval's ends, and finds others for those

@@ -5,9 +5,9 @@
 
 mod eight;
 
+pub(super) use eight::settle;
 #[cfg(feature = "embree")]
-pub(super) use eight::AGREEMENT;
-pub(super) use eight::EightPoints;
+pub(super) use eight::{AGREEMENT, EightPoints};
 
 use crate::core::Ray;
 use crate::geometry::Sphere;

@@ -25,9 +25,9 @@ pub struct RectangleLight {
     both_sides: bool,
 }
 
-/// Beyond this many half diagonals from its centre a rectangle is sampled by area. From right before it the densities
-/// by area and by solid angle differ there by a tenth, at a slant by half at most, which is little beside what else
-/// varies, and a point takes a tenth of the time.
+/// Beyond this many half diagonals from its centre a rectangle is sampled by area. Weights then vary there by 7 %
+/// (standard deviation) from right before it and by 40 to 60 % at slants of 45 to 75 degrees, which was little beside what
+/// else varies: the error per sample of a Cornell box rose by 1 %. A point takes a tenth of the time.
 const FAR: f64 = 2.0;
 
 /// Least solid angle that is trusted: below are rectangles seen edge-on, whose sample would be ill-conditioned.

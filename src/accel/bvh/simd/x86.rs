@@ -38,7 +38,7 @@ pub(in super::super) struct Sse8(__m128, __m128);
 #[derive(Clone, Copy)]
 pub(in super::super) struct Avx8(__m256);
 
-// SAFETY (of every block in the three macros): the SSE2 intrinsics are in the baseline of x86-64, and a value of
+// SAFETY (of every block in the macros): the SSE2 intrinsics are in the baseline of x86-64, and a value of
 // `Avx8` was made by the token `Avx2`, that is under the features of `run_avx2`. None touches memory but the
 // stores, whose targets are local arrays of the right length.
 macro_rules! operators {
@@ -55,22 +55,19 @@ macro_rules! operators {
     )* };
 }
 
-operators! { Sse4,
-    Add add |a, b| Self(_mm_add_ps(a.0, b.0));
-    Sub sub |a, b| Self(_mm_sub_ps(a.0, b.0));
-    Mul mul |a, b| Self(_mm_mul_ps(a.0, b.0));
-    Div div |a, b| Self(_mm_div_ps(a.0, b.0));
-    BitAnd bitand |a, b| Self(_mm_and_ps(a.0, b.0));
-    BitOr bitor |a, b| Self(_mm_or_ps(a.0, b.0));
+macro_rules! operators_of_four {
+    ($($type:ident)*) => { $(
+        operators! { $type,
+            Add add |a, b| Self(_mm_add_ps(a.0, b.0));
+            Sub sub |a, b| Self(_mm_sub_ps(a.0, b.0));
+            Mul mul |a, b| Self(_mm_mul_ps(a.0, b.0));
+            Div div |a, b| Self(_mm_div_ps(a.0, b.0));
+            BitAnd bitand |a, b| Self(_mm_and_ps(a.0, b.0));
+            BitOr bitor |a, b| Self(_mm_or_ps(a.0, b.0));
+        }
+    )* };
 }
-operators! { Avx4,
-    Add add |a, b| Self(_mm_add_ps(a.0, b.0));
-    Sub sub |a, b| Self(_mm_sub_ps(a.0, b.0));
-    Mul mul |a, b| Self(_mm_mul_ps(a.0, b.0));
-    Div div |a, b| Self(_mm_div_ps(a.0, b.0));
-    BitAnd bitand |a, b| Self(_mm_and_ps(a.0, b.0));
-    BitOr bitor |a, b| Self(_mm_or_ps(a.0, b.0));
-}
+operators_of_four! { Sse4 Avx4 }
 operators! { Sse8,
     Add add |a, b| Self(_mm_add_ps(a.0, b.0), _mm_add_ps(a.1, b.1));
     Sub sub |a, b| Self(_mm_sub_ps(a.0, b.0), _mm_sub_ps(a.1, b.1));
