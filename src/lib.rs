@@ -25,6 +25,7 @@ pub mod farm;
 pub mod figures;
 pub mod film;
 pub mod geometry;
+pub mod guiding;
 pub mod image_io;
 pub mod integrator;
 pub mod render;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What each module may import, besides itself.
-const MAY_IMPORT: [(&str, &[&str]); 18] = [
+const MAY_IMPORT: [(&str, &[&str]); 19] = [
     ("core", &[]),
     ("geometry", &["core"]),
     ("bxdf", &["core"]),
@@ -12,8 +12,9 @@ const MAY_IMPORT: [(&str, &[&str]); 18] = [
     ("image_io", &["core"]),
     ("accel", &["core", "geometry"]),
     ("scene", &["core", "geometry", "bxdf"]),
-    ("integrator", &["core", "bxdf", "scene", "film", "accel"]),
-    ("render", &["core", "film", "accel", "scene", "integrator"]),
+    ("guiding", &["core", "geometry", "bxdf", "scene", "accel"]),
+    ("integrator", &["core", "bxdf", "scene", "film", "accel", "guiding"]),
+    ("render", &["core", "film", "accel", "scene", "guiding", "integrator"]),
     ("trace", WORK),
     ("farm", WORK),
     ("report", &["core", "image_io"]),

@@ -56,6 +56,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     adaptive: Option<bool>,
 
+    /// Send part of the rays of diffuse surfaces where photons say that caustics come from: unbiased, without the bright dots
+    #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
+    guiding: Option<bool>,
+
     /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
     /// biased, which the EXR says
     #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
@@ -95,6 +99,7 @@ impl SceneArgs {
             ("settings.direct_light", self.direct_light.map(name)),
             ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
             ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
+            ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];

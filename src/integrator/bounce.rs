@@ -1,5 +1,6 @@
 //! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
 
+use super::guided;
 use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
@@ -118,6 +119,8 @@ pub(super) struct Leaving {
     pub lobes_look: bool,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
+    /// The guide of diffuse rays, if they have one.
+    pub guide: Option<u32>,
     /// The next ray to be made: its lobe and its number there.
     next: (usize, u32),
 }
@@ -296,7 +299,8 @@ impl Integrator<'_> {
         let Reached { path, point, bsdf } = from;
         let settings = &self.scene.settings;
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
-        let Some(sample) = bxdf.sample(&point.at, u) else { return };
+        let guide = self.guide(leaving.guide, bxdf);
+        let Some(sample) = guided::sample(bxdf, &point.at, guide, u) else { return };
         let mut beta = path.beta * sample.weight * rate.recip();
         // Before the greatest depth, what a mirror shows stays as clean as it is.
         let must_end = path.depth >= settings.max_depth;

@@ -2,10 +2,12 @@
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
 use super::bounce::{Leaving, Numbers, Reached, ln_rate};
+use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::{Ray, Rgb};
+use crate::guiding::Cell;
 use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -44,7 +46,8 @@ impl Integrator<'_> {
         let light = self.scene.lights.sample(&receiver, numbers.choice[1], numbers.light)?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().enumerate() {
-            reflected += self.lit(path, point, bxdf, leaving.rate[lobe], &light);
+            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf));
+            reflected += self.lit(path, point, bxdf, rays, &light);
         }
         let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
         if radiance.is_black() {
@@ -65,15 +68,15 @@ impl Integrator<'_> {
         }
     }
 
-    /// What a lobe reflects of a light sample, by how much that counts where `rate` rays of the lobe might find the
-    /// same light.
+    /// What a lobe reflects of a light sample, by how much that counts where `rate` rays of the lobe, drawn with its `guide`,
+    /// might find the same light.
     #[inline(always)]
     fn lit(
         &self,
         path: &Path,
         point: &SurfaceInteraction,
         bxdf: &Bxdf,
-        rate: f32,
+        (rate, guide): (f32, Option<&Cell>),
         light: &LightSample,
     ) -> Rgb {
         let settings = &self.scene.settings;
@@ -93,7 +96,7 @@ impl Integrator<'_> {
                 DirectLight::Lobe => Rgb::BLACK,
                 DirectLight::Mis if rate == 0.0 => bxdf.f_cos(&point.at, light.wi),
                 DirectLight::Mis => {
-                    let (f_cos, ln_pdf) = bxdf.evaluate(&point.at, light.wi);
+                    let (f_cos, ln_pdf) = guided::evaluate(bxdf, &point.at, guide, light.wi);
                     f_cos * power_heuristic(light.ln_pdf, ln_pdf + ln_rate(rate))
                 }
             },

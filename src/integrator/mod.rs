@@ -8,6 +8,7 @@
 mod bounce;
 mod direct;
 mod guide;
+mod guided;
 mod occlusion;
 mod path;
 mod tally;

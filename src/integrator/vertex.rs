@@ -96,6 +96,7 @@ impl Integrator<'_> {
             }
         };
         let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice);
+        leaving.guide = self.find_guide(point, bsdf, &leaving);
         if let Some(trail) = trail {
             leaving.followed = self.tell(path, point, bsdf, &leaving, trail);
         }

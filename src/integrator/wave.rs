@@ -10,6 +10,7 @@ use crate::bxdf::Bsdf;
 use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect, RadianceSum};
+use crate::guiding::CausticMap;
 use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,6 +27,8 @@ pub struct Integrator<'a> {
     pub(super) samples_lights: bool,
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
+    /// Where diffuse surfaces look for caustics, if there are any.
+    pub(super) caustics: Option<&'a CausticMap>,
     pub(super) capacity: usize,
     /// Reflections from which on paths end by chance.
     pub(super) roulette_from: u32,
@@ -121,10 +124,17 @@ impl<'a> Integrator<'a> {
             accel,
             samples_lights: Plan::of(scene).samples_lights,
             bsdfs: scene.materials.iter().map(Material::uniform_bsdf).collect(),
+            caustics: None,
             capacity: CAPACITY,
             roulette_from: (*roulette_from).min(end),
             log: None,
         }
+    }
+
+    /// Sends rays of diffuse surfaces where `caustics` come from.
+    pub fn guided_by(mut self, caustics: &'a CausticMap) -> Self {
+        self.caustics = Some(caustics).filter(|caustics| !caustics.is_empty());
+        self
     }
 
     /// Tells `log` of every ray.

@@ -12,6 +12,7 @@ mod tile;
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
+use crate::guiding::CausticMap;
 use crate::integrator::{Integrator, Scratch, Work};
 use crate::scene::{GlossySamples, Scene};
 use rayon::prelude::*;
@@ -152,7 +153,9 @@ pub fn render(
         .num_threads(options.threads)
         .build()
         .expect("the operating system gives threads");
+    let caustics = pool.install(|| CausticMap::of(scene, accel));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
+    picture.integrator = picture.integrator.guided_by(&caustics);
     let stopped_by = pool.install(|| picture.render());
     let state = picture.state.into_inner().expect(NO_PANIC);
     Outcome {

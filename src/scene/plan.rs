@@ -34,6 +34,8 @@ pub struct Plan {
     pub shadow_rays: bool,
     /// Whether the environment is sampled by a table of its radiance.
     pub environment_table: bool,
+    /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
+    pub guides: bool,
     /// Whether rays say what they must not hit: else an accelerator need not be ready for it.
     pub needs_skip: bool,
 }
@@ -62,6 +64,12 @@ impl Plan {
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,
             environment_table: lights.table,
+            guides: settings.guiding
+                && settings.diffuse_bounces
+                && goes_on
+                && has_diffuse
+                && (has_glossy || has_delta)
+                && lights.samples,
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
         }
     }

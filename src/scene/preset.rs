@@ -39,6 +39,7 @@ impl Preset {
             self_hit: SelfHit::Offset,
             direct_light: DirectLight::Mis,
             diffuse_bounces: false,
+            guiding: false,
             highlights: false,
             clamp_indirect: None,
             adaptive: false,

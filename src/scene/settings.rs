@@ -167,6 +167,8 @@ pub struct Settings {
     pub direct_light: DirectLight,
     /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
     pub diffuse_bounces: bool,
+    /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
+    pub guiding: bool,
     /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
     /// the lecture has it, and point and directional lights, which no ray can hit, do not shine on it.
     pub highlights: bool,
@@ -205,6 +207,7 @@ impl Default for Settings {
             self_hit: SelfHit::default(),
             direct_light: DirectLight::default(),
             diffuse_bounces: true,
+            guiding: true,
             highlights: true,
             clamp_indirect: None,
             adaptive: false,

@@ -33,6 +33,8 @@ pub struct SettingsDesc {
     pub direct_light: Option<DirectLight>,
     /// Whether diffuse surfaces see other surfaces or only lights.
     pub diffuse_bounces: Option<bool>,
+    /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
+    pub guiding: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
     /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
@@ -66,6 +68,7 @@ impl SettingsDesc {
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
+            guiding: self.guiding.unwrap_or(preset.guiding),
             adaptive: self.adaptive.unwrap_or(preset.adaptive),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),
             occlusion: self.occlusion.unwrap_or(preset.occlusion),

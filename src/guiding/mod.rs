@@ -1,0 +1,54 @@
+//! Path guiding towards caustics: where a diffuse surface should look for light that sharp reflections focus on it.
+//!
+//! A ray that leaves a wall meets the spot of a chrome ball that mirrors the lamp once in thousands of times, and then
+//! brings thousands of times the mean: the bright dots of path tracing. So before a render photons are shot that meet a
+//! lamp, then a sharp glossy surface, then a diffuse one (Jensen 1995, *Importance Driven Path Tracing using the Photon
+//! Map*). Where they land they tell from where, and part of the rays that leave the surface are sent there, each ray
+//! weighted by the density of the mixture. Photons carry no light into the picture: however few or wrong, they change
+//! its noise and never its mean.
+//!
+//! Read [`CausticMap`] first; `photons` makes what it is made of, `directions` is what it gives.
+
+mod directions;
+mod map;
+mod photons;
+
+pub use directions::Directions;
+pub use map::{CausticMap, Cell, Photon};
+
+use crate::accel::Accelerator;
+use crate::scene::{Plan, Scene};
+use photons::{Reflectors, Shooter};
+use rayon::prelude::*;
+
+/// Photons that are shot, at most, and at least.
+const PHOTONS: std::ops::RangeInclusive<u32> = 1 << 12..=1 << 16;
+
+/// Pixels for each photon.
+const PIXELS_PER_PHOTON: u32 = 4;
+
+/// Photons that one thread shoots together.
+const TOGETHER: u32 = 2048;
+
+impl CausticMap {
+    /// The caustics of a scene; empty where none is to be expected.
+    ///
+    /// The same for any number of threads: it depends on the scene, its settings and the accelerator's answers alone.
+    pub fn of(scene: &Scene, accel: &dyn Accelerator) -> Self {
+        if !Plan::of(scene).guides {
+            return Self::default();
+        }
+        let reflectors = Reflectors::of(scene);
+        if reflectors.area() == 0.0 {
+            return Self::default();
+        }
+        let [width, height] = scene.camera.resolution;
+        let count =
+            (width.saturating_mul(height) / PIXELS_PER_PHOTON).clamp(*PHOTONS.start(), *PHOTONS.end());
+        let shooter = Shooter { scene, accel, reflectors: &reflectors, count };
+        let starts: Vec<u32> = (0..count).step_by(TOGETHER as usize).collect();
+        let photons: Vec<Vec<Photon>> =
+            starts.into_par_iter().map(|start| shooter.shoot(start..count.min(start + TOGETHER))).collect();
+        Self::new(photons.concat())
+    }
+}
