@@ -23,10 +23,15 @@ impl Diffuse {
 
     #[inline]
     pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
+        self.pdf(at, wi).ln()
+    }
+
+    #[inline]
+    pub(super) fn pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
         if at.ng.dot(wi) <= 0.0 {
-            return f32::NEG_INFINITY;
+            return 0.0;
         }
-        warp::cosine_hemisphere_pdf(at.n.dot(wi)).ln()
+        warp::cosine_hemisphere_pdf(at.n.dot(wi))
     }
 
     #[inline]

@@ -192,8 +192,12 @@ impl Bxdf {
     }
 
     /// The density over solid angle, in 1/sr.
+    #[inline]
     pub fn pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.ln_pdf(at, wi).exp()
+        match self {
+            Self::Diffuse(lobe) => lobe.pdf(at, wi),
+            _ => self.ln_pdf(at, wi).exp(),
+        }
     }
 }
 

@@ -8,14 +8,24 @@ const EDGE: usize = 32;
 /// Bins in all: 0.012 sr each on average.
 const BINS: usize = EDGE * EDGE;
 
+/// Bins between two of the coarse sums: those, and the bins between two of them, take a cache line each.
+const COARSE: usize = 32;
+
+/// What all probabilities sum to.
+const TOTAL: u16 = u16::MAX;
+
 /// A density over the sphere, constant in each of the bins of an octahedral map.
+///
+/// Small, since every ray of a guided surface reads another one: probabilities are multiples of `1 / TOTAL`.
 #[derive(Clone, Debug)]
 pub struct Directions {
-    /// The running sum of the bins' probabilities in [`z_order`], from zero to one.
+    /// The running sum of the bins' probabilities before each bin along a Z-order curve, and after the last.
     ///
     /// Neighbours in that order are neighbours on the sphere, so that numbers that are spread well over the unit interval
     /// make directions that are spread well.
-    sums: Box<[f32; BINS + 1]>,
+    sums: [u16; BINS + 1],
+    /// Every so-manieth of them.
+    coarse: [u16; BINS / COARSE],
 }
 
 impl Directions {
@@ -40,36 +50,39 @@ impl Directions {
         if !(total > 0.0 && total.is_finite()) {
             return None;
         }
-        let mut sums = Box::new([0.0; BINS + 1]);
+        let mut sums = [0; BINS + 1];
         let mut sum = 0.0;
         for (after, bin) in sums[1..].iter_mut().zip(bins) {
-            sum += bin / total;
-            *after = sum as f32;
+            sum += bin;
+            *after = (f64::from(TOTAL) * (sum / total).min(1.0)).round() as u16;
         }
-        // Rounding must leave no number beyond the last bin.
-        let last = sums[BINS];
-        sums.iter_mut().filter(|sum| **sum == last).for_each(|sum| *sum = 1.0);
-        Some(Self { sums })
+        let mut coarse = [0; BINS / COARSE];
+        for (coarse, sum) in coarse.iter_mut().zip(sums.iter().step_by(COARSE)) {
+            *coarse = *sum;
+        }
+        Some(Self { sums, coarse })
     }
 
     /// Draws a unit vector; `u` is in `[0, 1)`.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Vec3 {
-        let bin = self.sums.partition_point(|&sum| sum <= u[0]) - 1;
-        let (low, high) = (self.sums[bin], self.sums[bin + 1]);
-        let x = ((u[0] - low) / (high - low)).min(1.0 - 0.5 * f32::EPSILON);
-        let corner = place(bin);
-        on_sphere((corner + Vec2::new(x, u[1])) * (2.0 / EDGE as f32) - Vec2::ONE)
+        let x = u[0] * f32::from(TOTAL);
+        let last_up_to = |sums: &[u16]| sums.partition_point(|&sum| f32::from(sum) <= x).max(1) - 1;
+        let first = COARSE * last_up_to(&self.coarse);
+        let bin = first + last_up_to(&self.sums[first..first + COARSE]);
+        let [low, high] = [self.sums[bin], self.sums[bin + 1]].map(f32::from);
+        let along = ((x - low) / (high - low)).min(1.0 - 0.5 * f32::EPSILON);
+        on_sphere((place(bin) + Vec2::new(along, u[1])) * (2.0 / EDGE as f32) - Vec2::ONE)
     }
 
     /// The density of [`sample`](Self::sample) at the unit vector `wi`, in 1/sr.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
-        /// Bins per unit of area of the square, whose edge is 2.
-        const PER_AREA: f32 = BINS as f32 / 4.0;
-        let bin = bin((0.5 * (square(wi) + Vec2::ONE) * EDGE as f32).floor());
+        /// Bins per unit of area of the square, whose edge is 2, by the total.
+        const SCALE: f32 = BINS as f32 / 4.0 / TOTAL as f32;
         let length = wi.x.abs() + wi.y.abs() + wi.z.abs();
-        (self.sums[bin + 1] - self.sums[bin]) * PER_AREA / (length * length * length)
+        let bin = bin((0.5 * (square(wi) + Vec2::ONE) * EDGE as f32).floor());
+        SCALE * f32::from(self.sums[bin + 1] - self.sums[bin]) / (length * length * length)
     }
 }
 

@@ -7,25 +7,27 @@
 //! weighted by the density of the mixture. Photons carry no light into the picture: however few or wrong, they change
 //! its noise and never its mean.
 //!
-//! Read [`CausticMap`] first; `photons` makes what it is made of, `directions` is what it gives.
+//! Read [`CausticMap`] first; `photons` makes what it is made of, from points of `reflectors`; `directions` is what it gives.
 
 mod directions;
 mod map;
 mod photons;
+mod reflectors;
 
 pub use directions::Directions;
 pub use map::{CausticMap, Cell, Photon};
 
 use crate::accel::Accelerator;
 use crate::scene::{Plan, Scene};
-use photons::{Reflectors, Shooter};
+use photons::Shooter;
 use rayon::prelude::*;
+use reflectors::Reflectors;
 
 /// Photons that are shot, at most, and at least.
-const PHOTONS: std::ops::RangeInclusive<u32> = 1 << 12..=1 << 16;
+const PHOTONS: std::ops::RangeInclusive<u32> = 1 << 12..=1 << 17;
 
 /// Pixels for each photon.
-const PIXELS_PER_PHOTON: u32 = 4;
+const PIXELS_PER_PHOTON: u32 = 2;
 
 /// Photons that one thread shoots together.
 const TOGETHER: u32 = 2048;

@@ -1,32 +1,16 @@
-//! Photons from sharp glossy surfaces.
+//! Photons: from a light to a reflector, and on to diffuse surfaces.
 
 use super::map::Photon;
+use super::reflectors::{Reflectors, focuses};
 use crate::accel::{Accelerator, Coherence};
-use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
-use crate::core::{Hit, Ray, Rgb, Sampler, SamplerKind, warp};
-use crate::geometry::Shape;
+use crate::bxdf::{Bsdf, Bxdf, Diffuse, Incidence};
+use crate::core::{Hit, Ray, Rgb, Sampler, SamplerKind};
 use crate::scene::{Receiver, Scene, SurfaceInteraction};
 use glam::Vec3;
 use std::f32::consts::PI;
 
-/// Triangles of a shape among which points are chosen, at most: of a larger one, every so-manieth.
-const MOST_TRIANGLES: usize = 1 << 18;
-
 /// Reflections that a photon may take before it lands on a diffuse surface.
 const MOST_REFLECTIONS: usize = 4;
-
-/// Roughness beyond which a lobe makes no caustic that other rays would miss.
-const WIDEST_ALPHA: f32 = 0.25;
-
-/// Whether what a lobe reflects of a small light is a caustic that rays drawn from a diffuse lobe hardly find.
-fn focuses(bxdf: &Bxdf) -> bool {
-    match bxdf {
-        Bxdf::Mirror(_) | Bxdf::Dielectric(_) => true,
-        Bxdf::Conductor(lobe) => lobe.alpha <= WIDEST_ALPHA,
-        Bxdf::CosinePower(lobe) => lobe.exponent >= 2.0 / (WIDEST_ALPHA * WIDEST_ALPHA) - 2.0,
-        Bxdf::Diffuse(_) | Bxdf::Plastic(_) => false,
-    }
-}
 
 /// One of the lobes that focus light, chosen by albedo with the number `u`; with the probability.
 fn choose_focusing<'a>(bsdf: &'a Bsdf, at: &Incidence, u: f32) -> Option<(&'a Bxdf, f32)> {
@@ -39,70 +23,6 @@ fn choose_focusing<'a>(bsdf: &'a Bsdf, at: &Incidence, u: f32) -> Option<(&'a Bx
         u * total < before
     })?;
     Some((chosen, albedo(chosen) / total))
-}
-
-/// Primitives of the surfaces that focus light, by the running sum of their areas.
-pub struct Reflectors {
-    primitives: Vec<(u32, u32)>,
-    areas: Vec<f64>,
-}
-
-impl Reflectors {
-    /// Those of a scene.
-    pub fn of(scene: &Scene) -> Self {
-        let mut reflectors = Self { primitives: vec![], areas: vec![] };
-        for (geom_id, (shape, geometry)) in scene.shapes.iter().zip(&scene.geometries).enumerate() {
-            let material = &scene.materials[geometry.material as usize];
-            if material.bsdf(Vec3::ZERO).lobes().any(focuses) {
-                reflectors.add(geom_id as u32, shape);
-            }
-        }
-        reflectors
-    }
-
-    fn add(&mut self, geom_id: u32, shape: &Shape) {
-        let stride = shape.primitive_count().div_ceil(MOST_TRIANGLES).max(1);
-        for prim_id in (0..shape.primitive_count() as u32).step_by(stride) {
-            let area = match shape {
-                Shape::Mesh(mesh) => {
-                    let [a, b, c] = mesh.triangle(prim_id);
-                    0.5 * (b - a).cross(c - a).length()
-                }
-                Shape::Spheres(spheres) => 4.0 * PI * spheres[prim_id as usize].radius.powi(2),
-            };
-            self.primitives.push((geom_id, prim_id));
-            self.areas.push(self.area() + f64::from(area) * stride as f64);
-        }
-    }
-
-    /// The area of all, in unit lengths squared.
-    pub fn area(&self) -> f64 {
-        self.areas.last().copied().unwrap_or(0.0)
-    }
-
-    /// A point, uniform by area, seen along its normal from one side.
-    fn sample(&self, scene: &Scene, u: f32, v: [f32; 2], outside: bool) -> SurfaceInteraction {
-        let number = self.areas.partition_point(|&area| area <= f64::from(u) * self.area());
-        let (geom_id, prim_id) = self.primitives[number.min(self.areas.len() - 1)];
-        let turned = |n: Vec3| if outside { -n } else { n };
-        match &scene.shapes[geom_id as usize] {
-            Shape::Mesh(mesh) => {
-                let [a, b, c] = mesh.triangle(prim_id);
-                let normal = (b - a).cross(c - a).normalize_or(Vec3::Z);
-                let [u, v] = warp::uniform_triangle(v);
-                let hit = Hit { t: 1.0, u, v, geom_id, prim_id };
-                scene.interaction(&Ray::new(a, turned(normal)), &hit)
-            }
-            Shape::Spheres(spheres) => {
-                let sphere = spheres[prim_id as usize];
-                let normal = warp::uniform_sphere(v);
-                let hit = Hit { t: sphere.radius, u: 0.0, v: 0.0, geom_id, prim_id };
-                let from = if outside { 2.0 } else { 0.0 };
-                let origin = sphere.center + from * sphere.radius * normal;
-                scene.interaction(&Ray::new(origin, turned(normal)), &hit)
-            }
-        }
-    }
 }
 
 /// Pairs of random numbers of a photon, by what they decide.
@@ -122,6 +42,16 @@ struct Flying {
     power: f32,
     ray: Ray,
 }
+
+/// A photon on a diffuse surface.
+struct Landed {
+    photon: Photon,
+    index: u32,
+    point: SurfaceInteraction,
+}
+
+/// One of so many photons looks what else its surface sees.
+const LOOKING: u32 = 4;
 
 /// Shoots photons that meet a light first and then a reflector.
 pub struct Shooter<'a> {
@@ -149,7 +79,7 @@ impl Shooter<'_> {
             flying = next;
         }
         self.look_around(&mut landed);
-        landed.into_iter().map(|(photon, ..)| photon).collect()
+        landed.into_iter().map(|landed| landed.photon).collect()
     }
 
     fn sampler(&self) -> Sampler {
@@ -175,11 +105,8 @@ impl Shooter<'_> {
                 shadows.push(shadow);
             }
         }
-        let mut occluded = vec![false; shadows.len()];
-        self.accel.occluded(&shadows, Coherence::Incoherent, &mut occluded);
-        let mut free = occluded.iter().map(|occluded| !occluded);
-        flying.retain(|_| free.next() == Some(true));
-        flying
+        let lit = flying.into_iter().zip(self.occluded(&shadows));
+        lit.filter_map(|(photon, occluded)| (!occluded).then_some(photon)).collect()
     }
 
     /// One light's irradiance on a surface: the way that must be free, the direction, and how much.
@@ -219,13 +146,14 @@ impl Shooter<'_> {
         photon: &Flying,
         hit: &Hit,
         reflection: u32,
-        landed: &mut Vec<(Photon, u32, SurfaceInteraction)>,
+        landed: &mut Vec<Landed>,
         next: &mut Vec<Flying>,
     ) {
         let point = self.scene.interaction(&photon.ray, hit);
         if diffuse(&self.bsdf(&point)).is_some() {
             let (n, wi) = (point.at.n, point.at.wo);
-            landed.push((Photon { p: point.p, n, wi, power: photon.power, other: 0.0 }, photon.index, point));
+            let landing = Photon { p: point.p, n, wi, power: photon.power, other: None };
+            landed.push(Landed { photon: landing, index: photon.index, point });
         }
         if let Some((wi, share)) = self.reflect(&point, &point.at, photon.index, reflection) {
             let ray = point.spawn(wi, f32::INFINITY, self.scene.settings.self_hit);
@@ -233,43 +161,49 @@ impl Shooter<'_> {
         }
     }
 
-    /// Finds what else each landed photon's surface sees, by one ray each.
-    fn look_around(&self, landed: &mut [(Photon, u32, SurfaceInteraction)]) {
-        let sampler = self.sampler();
-        let rays: Vec<Ray> = landed
-            .iter()
-            .map(|(_, index, point)| {
-                let white = crate::bxdf::Diffuse { reflectance: Rgb::WHITE };
-                let sample = Bxdf::Diffuse(white).sample(&point.at, sampler.pair(*index, dimension::OTHER));
-                sample.map_or(Ray::inactive(), |sample| {
-                    point.spawn(sample.wi, f32::INFINITY, self.scene.settings.self_hit)
-                })
-            })
-            .collect();
+    /// Finds what else the surfaces of some landed photons see, by one ray each.
+    fn look_around(&self, landed: &mut [Landed]) {
+        let (scene, sampler) = (self.scene, self.sampler());
+        let mut looking: Vec<&mut Landed> = landed.iter_mut().filter(|l| l.index % LOOKING == 0).collect();
+        let white = Bxdf::Diffuse(Diffuse { reflectance: Rgb::WHITE });
+        let look = |Landed { index, point, .. }: &Landed| {
+            let sample = white.sample(&point.at, sampler.pair(*index, dimension::OTHER));
+            sample.map_or(Ray::inactive(), |s| point.spawn(s.wi, f32::INFINITY, scene.settings.self_hit))
+        };
+        let rays: Vec<Ray> = looking.iter().map(|landed| look(landed)).collect();
         let hits = self.hits(&rays);
         let mut shadows = vec![Ray::inactive(); rays.len()];
-        for (i, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
-            let (photon, index, _) = &mut landed[i];
-            if let Some(hit) = hit {
-                let point = self.scene.interaction(ray, hit);
-                if let (Some(albedo), Some((shadow, _, irradiance))) =
-                    (diffuse(&self.bsdf(&point)), self.light(&point, *index, dimension::OTHER_LIGHT))
-                {
-                    photon.other = albedo * irradiance / PI;
-                    shadows[i] = shadow;
+        for (((landed, ray), hit), shadow) in looking.iter_mut().zip(&rays).zip(&hits).zip(&mut shadows) {
+            landed.photon.other = Some(match hit {
+                Some(hit) => {
+                    let point = scene.interaction(ray, hit);
+                    let light = self.light(&point, landed.index, dimension::OTHER_LIGHT);
+                    match (diffuse(&self.bsdf(&point)), light) {
+                        (Some(albedo), Some((way, _, irradiance))) => {
+                            *shadow = way;
+                            albedo * irradiance / PI
+                        }
+                        _ => 0.0,
+                    }
                 }
-            } else if let Some(environment) = &self.scene.lights.environment {
-                let mean = environment.irradiance().luminance() / PI;
-                photon.other = environment.le(ray.dir).luminance().min(mean);
-            }
+                // What is brighter than the mean is found by light samples.
+                None => scene.lights.environment.as_ref().map_or(0.0, |environment| {
+                    let mean = environment.irradiance().luminance() / PI;
+                    environment.le(ray.dir).luminance().min(mean)
+                }),
+            });
         }
-        let mut occluded = vec![false; shadows.len()];
-        self.accel.occluded(&shadows, Coherence::Incoherent, &mut occluded);
-        for ((photon, ..), occluded) in landed.iter_mut().zip(occluded) {
+        for (landed, occluded) in looking.iter_mut().zip(self.occluded(&shadows)) {
             if occluded {
-                photon.other = 0.0;
+                landed.photon.other = Some(0.0);
             }
         }
+    }
+
+    fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
+        let mut occluded = vec![false; rays.len()];
+        self.accel.occluded(rays, Coherence::Incoherent, &mut occluded);
+        occluded
     }
 
     fn hits(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
@@ -282,7 +216,7 @@ impl Shooter<'_> {
 /// Luminance of what a surface reflects diffusely, if it does.
 fn diffuse(bsdf: &Bsdf) -> Option<f32> {
     bsdf.lobes().find_map(|bxdf| match bxdf {
-        Bxdf::Diffuse(lobe) if bxdf.kind() == LobeKind::Diffuse => Some(lobe.reflectance.luminance()),
+        Bxdf::Diffuse(lobe) => Some(lobe.reflectance.luminance()),
         _ => None,
     })
 }

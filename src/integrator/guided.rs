@@ -43,19 +43,21 @@ pub(super) fn sample(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, u: [f32;
     } else {
         bxdf.sample(at, [within(u[0], guide.share, 1.0 - guide.share), u[1]])?.wi
     };
-    let (f_cos, ln_pdf) = evaluate(bxdf, at, Some(guide), wi);
-    (!f_cos.is_black()).then(|| LobeSample { wi, weight: f_cos * (-ln_pdf).exp(), ln_pdf })
+    let (f_cos, pdf) = (bxdf.f_cos(at, wi), mixture_pdf(bxdf, at, guide, wi));
+    (!f_cos.is_black()).then(|| LobeSample { wi, weight: f_cos / pdf, ln_pdf: pdf.ln() })
 }
 
 /// A lobe's value times the cosine, and the logarithm of the density with which [`sample`] goes along `wi`.
 #[inline]
 pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, wi: Vec3) -> (Rgb, f32) {
-    let (f_cos, ln_pdf) = bxdf.evaluate(at, wi);
     match guide {
-        Some(guide) => {
-            let pdf = guide.share * guide.directions.pdf(wi) + (1.0 - guide.share) * ln_pdf.exp();
-            (f_cos, pdf.ln())
-        }
-        None => (f_cos, ln_pdf),
+        Some(guide) => (bxdf.f_cos(at, wi), mixture_pdf(bxdf, at, guide, wi).ln()),
+        None => bxdf.evaluate(at, wi),
     }
+}
+
+/// The density of a mixture of a lobe and its guide, in 1/sr.
+#[inline]
+fn mixture_pdf(bxdf: &Bxdf, at: &Incidence, guide: &Cell, wi: Vec3) -> f32 {
+    guide.share * guide.directions.pdf(wi) + (1.0 - guide.share) * bxdf.pdf(at, wi)
 }

@@ -128,7 +128,7 @@ pub struct Outcome {
     pub decisions: Decisions,
     /// Wall time.
     pub seconds: f64,
-    /// Time within tiles, summed over the threads: what the rays' times are shares of.
+    /// Time within tiles and for what comes before them, summed over the threads: what the rays' times are shares of.
     pub thread_seconds: f64,
     /// What ended it.
     pub stopped_by: StopReason,
@@ -153,9 +153,12 @@ pub fn render(
         .num_threads(options.threads)
         .build()
         .expect("the operating system gives threads");
+    let guiding = Instant::now();
     let caustics = pool.install(|| CausticMap::of(scene, accel));
+    let guiding = guiding.elapsed().as_nanos() as u64 * pool.current_num_threads() as u64;
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     picture.integrator = picture.integrator.guided_by(&caustics);
+    picture.thread_nanoseconds = AtomicU64::new(guiding);
     let stopped_by = pool.install(|| picture.render());
     let state = picture.state.into_inner().expect(NO_PANIC);
     Outcome {
