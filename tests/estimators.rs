@@ -67,7 +67,7 @@ fn sampling_lights_lobes_or_both_makes_the_same_picture_of_every_scene() {
 }
 
 #[test]
-fn splitting_and_roulette_change_the_noise_and_not_the_picture() {
+fn splitting_guiding_and_roulette_change_the_noise_and_not_the_picture() {
     for name in ["cornell-glossy", "mesh", "boxes"] {
         let common = [("settings.preset", "accurate"), ("settings.spp", "96"), ("settings.max_depth", "4")];
         let with = |overrides: &[(&str, &str)]| small(name, &[&common[..], overrides].concat());
@@ -75,6 +75,8 @@ fn splitting_and_roulette_change_the_noise_and_not_the_picture() {
         for (what, value) in [("settings.glossy_samples", "5"), ("settings.glossy_samples", "auto")] {
             assert_equal_within_noise(&plain, &with(&[(what, value)]), &format!("{name}: {what} {value}"));
         }
+        let unguided = with(&[("settings.guiding", "false")]);
+        assert_equal_within_noise(&plain, &unguided, &format!("{name}: guided or not"));
         let long = with(&[("settings.max_depth", "12"), ("settings.at_max_depth", "roulette")]);
         assert_equal_within_noise(&plain, &long, &format!("{name}: roulette from 4 and from 12"));
     }

@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn the_density_integrates_to_one() {
         let directions = two_clusters();
-        let count = 400_000;
+        let count = 6_000_000;
         let sum: f64 = points(count).map(|u| f64::from(directions.pdf(warp::uniform_sphere(u)))).sum();
         let integral = sum / f64::from(count) * 4.0 * std::f64::consts::PI;
         assert!((integral - 1.0).abs() < 2e-3, "{integral}");

@@ -23,6 +23,8 @@ pub enum Knob {
     DirectLight,
     /// Which random numbers
     Sampler,
+    /// Whether diffuse surfaces look where photons say that caustics come from
+    Guiding,
     /// The same samples everywhere, or where the noise is
     Adaptive,
     /// The most radiance that light reflected more than once brings a sample
@@ -44,7 +46,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -52,6 +54,7 @@ impl Knob {
         Self::SelfHit,
         Self::DirectLight,
         Self::Sampler,
+        Self::Guiding,
         Self::Adaptive,
         Self::Clamp,
         Self::Occlusion,
@@ -86,6 +89,7 @@ impl Knob {
                 Some("nothing reflects")
             }
             Self::DirectLight if !plan.samples_lights => Some("no light is sampled"),
+            Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
             _ => None,
@@ -104,6 +108,7 @@ impl Knob {
             Self::Sampler => {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
+            Self::Guiding => guidings(base),
             Self::Adaptive => adaptive(base),
             Self::Clamp => clamps(base),
             Self::Occlusion => {
@@ -224,6 +229,10 @@ fn clamps(base: &Way) -> Vec<Choice> {
     };
     let off = ("off".to_owned(), Ok(base.clone()));
     [1, 3, 10].map(clamp).into_iter().chain([off]).collect()
+}
+
+fn guidings(base: &Way) -> Vec<Choice> {
+    [true, false].map(|on| (on.to_string(), Ok(base.clone().with("settings.guiding", on)))).into()
 }
 
 fn adaptive(base: &Way) -> Vec<Choice> {
