@@ -5,6 +5,7 @@
 
 use super::data::Hierarchy;
 use super::mode::Mode;
+use super::occlusion::Occlusion;
 use super::packet::{self, PACKET, Packet};
 use super::ray::{Best, Prepared, Weights};
 use super::simd::{Available, Kernel, Simd};
@@ -120,9 +121,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
             }
             rest = usize::saturating_sub(rest, 1);
             if done < end {
-                streams.all::<S, false>(simd, done..end, |i, ray, best, weights| {
-                    hits[i] = best.hit(data, ray, weights);
-                });
+                streams.all(simd, done..end, hits);
             }
         }
     }
@@ -140,11 +139,7 @@ impl<M: Mode> Kernel for Streams<'_, M> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let (hits, data) = (self.hits, self.data);
-        let mut streams = Streaming::<M>::new(data, self.rays);
-        streams.all::<S, false>(simd, 0..self.rays.len(), |i, ray, best, weights| {
-            hits[i] = best.hit(data, ray, weights);
-        });
+        Streaming::<M>::new(self.data, self.rays).all(simd, 0..self.rays.len(), self.hits);
     }
 }
 
@@ -183,9 +178,15 @@ impl<M: Mode> Kernel for AnyStreams<'_, M> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let occluded = self.occluded;
-        let mut streams = Streaming::<M>::new(self.data, self.rays);
-        streams.all::<S, true>(simd, 0..self.rays.len(), |i, _, best, _| occluded[i] = best.is_hit());
+        let mut streams = Occlusion::<M>::new(self.data, self.rays);
+        let (mut waiting, mut range) = (Waiting::new(self.rays), 0..self.rays.len());
+        while let Some(octant) = waiting.next(&mut range) {
+            let group = waiting.groups[octant].take();
+            let hits = streams.find(simd, octant, group);
+            for (lane, &i) in group.iter().enumerate() {
+                self.occluded[i as usize] = hits >> lane & 1 == 1;
+            }
+        }
     }
 }
 
@@ -205,66 +206,78 @@ fn closest<S: Simd, M: Mode>(
 }
 
 /// Rays that wait for enough others of their octant to go with: those that go alike stay in their order.
+struct Waiting<'a> {
+    rays: &'a [Ray],
+    groups: [Group; 8],
+}
+
+/// Indices of rays of one octant.
+#[derive(Clone, Copy)]
+struct Group {
+    indices: [u32; STREAM],
+    count: usize,
+}
+
+impl Group {
+    const EMPTY: Self = Self { indices: [0; STREAM], count: 0 };
+
+    /// The indices, which are given away.
+    #[inline(always)]
+    fn take(&mut self) -> &[u32] {
+        &self.indices[..core::mem::take(&mut self.count)]
+    }
+}
+
+impl<'a> Waiting<'a> {
+    fn new(rays: &'a [Ray]) -> Self {
+        Self { rays, groups: [Group::EMPTY; 8] }
+    }
+
+    /// The octant of the next rays to go. Takes rays from the front of `from`; once that is empty, octants that are left
+    /// over.
+    #[inline(always)]
+    fn next(&mut self, from: &mut Range<usize>) -> Option<usize> {
+        for i in from.by_ref() {
+            let octant = octant(&self.rays[i]);
+            let group = &mut self.groups[octant];
+            group.indices[group.count % STREAM] = i as u32;
+            group.count += 1;
+            if group.count == STREAM {
+                return Some(octant);
+            }
+        }
+        self.groups.iter().position(|group| group.count > 0)
+    }
+}
+
+/// Closest hits in streams.
 struct Streaming<'a, M: Mode> {
     data: &'a Hierarchy,
-    rays: &'a [Ray],
-    waiting: [[u32; STREAM]; 8],
-    counts: [usize; 8],
+    waiting: Waiting<'a>,
     stream: Stream<M>,
 }
 
 impl<'a, M: Mode> Streaming<'a, M> {
     fn new(data: &'a Hierarchy, rays: &'a [Ray]) -> Self {
-        Self { data, rays, waiting: [[0; STREAM]; 8], counts: [0; 8], stream: Stream::new() }
+        Self { data, waiting: Waiting::new(rays), stream: Stream::new() }
     }
 
     /// Answers all rays of a range.
     #[inline(always)]
-    fn all<S: Simd, const ANY: bool>(
-        &mut self,
-        simd: S,
-        range: Range<usize>,
-        mut answer: impl FnMut(usize, &Prepared<M>, &Best, &Weights),
-    ) {
-        // One call of `trace`, so that it is compiled once: the octants that are left over come after the last ray.
-        let end = range.end + 8;
-        for i in range.start..end {
-            let octant = if i < range.end {
-                // Rays that want any hit go with their neighbours.
-                let octant = if ANY { 0 } else { octant(&self.rays[i]) };
-                let count = &mut self.counts[octant];
-                self.waiting[octant][*count % STREAM] = i as u32;
-                *count += 1;
-                if *count < STREAM {
-                    continue;
-                }
-                octant
-            } else {
-                i - range.end
-            };
-            self.trace::<S, ANY>(simd, octant, &mut answer);
+    fn all<S: Simd>(&mut self, simd: S, mut range: Range<usize>, hits: &mut [Option<Hit>]) {
+        let Self { data, waiting, stream } = self;
+        let rays = waiting.rays;
+        while let Some(octant) = waiting.next(&mut range) {
+            let group = waiting.groups[octant].take();
+            stream.start(octant);
+            for &i in group {
+                stream.push(Prepared::new(&rays[i as usize]));
+            }
+            stream.traverse(simd, data);
+            for (lane, &i) in group.iter().enumerate() {
+                hits[i as usize] = stream.best[lane].hit(data, &stream.rays[lane], &stream.weights[lane]);
+            }
         }
-    }
-
-    /// Answers the waiting rays of an octant.
-    #[inline(always)]
-    fn trace<S: Simd, const ANY: bool>(
-        &mut self,
-        simd: S,
-        octant: usize,
-        mut answer: impl FnMut(usize, &Prepared<M>, &Best, &Weights),
-    ) {
-        let group = &self.waiting[octant][..self.counts[octant]];
-        self.stream.start(octant);
-        for &i in group {
-            self.stream.push(Prepared::new(&self.rays[i as usize]));
-        }
-        self.stream.traverse::<S, ANY>(simd, self.data);
-        for (lane, &i) in group.iter().enumerate() {
-            let stream = &self.stream;
-            answer(i as usize, &stream.rays[lane], &stream.best[lane], &stream.weights[lane]);
-        }
-        self.counts[octant] = 0;
     }
 }
 

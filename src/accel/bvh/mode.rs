@@ -2,6 +2,7 @@
 
 use super::data::{Hierarchy, TriangleBlock};
 use super::ray::{Best, Prepared, Weights};
+use super::rows::Rows;
 use super::simd::{Lanes, Simd};
 use core::fmt::Debug;
 use glam::{Vec3, Vec3A};
@@ -15,7 +16,7 @@ pub(super) trait Mode: Copy + Debug {
 
     /// What the test needs of a ray beside its origin and direction.
     type Line: Copy + Debug;
-    /// One ray in all of four lanes.
+    /// One ray in each four lanes.
     type Lanes<F: Copy>: Copy;
     /// Eight rays.
     type Bundle<F: Copy>: Copy;
@@ -32,6 +33,13 @@ pub(super) trait Mode: Copy + Debug {
     /// Eight rays that are all fastest along `axes[2]`.
     fn bundle<F: Lanes<8>>(axes: [usize; 3], origin: [F; 3], dir: [F; 3], rcp: [F; 3]) -> Self::Bundle<F>;
 
+    /// What the test needs of eight rays, from their origins, their directions and the finite reciprocals of these: the
+    /// rows of [`Rows::lines`] and of [`Rows::axes`].
+    fn lines<F: Lanes<8>>(origin: [F; 3], dir: [F; 3], rcp: [F; 3]) -> ([F; 6], [u8; 8]);
+
+    /// Two rays, the first in lanes 0 to 3 and the second in 4 to 7.
+    fn pair<S: Simd>(simd: S, rows: &Rows, rays: [usize; 2]) -> Self::Lanes<S::F8>;
+
     /// One ray against the triangles of a block; `None` if its line passes by all of them.
     fn test_block<S: Simd>(
         simd: S,
@@ -40,6 +48,16 @@ pub(super) trait Mode: Copy + Debug {
         block: &TriangleBlock,
         t_max: f32,
     ) -> Option<Crossing<S::F4, <S::F4 as Lanes<4>>::Mask>>;
+
+    /// Two rays, each against the triangles of a block; `None` if their lines pass by all of them.
+    fn test_pair<S: Simd>(
+        simd: S,
+        rows: &Rows,
+        rays: [usize; 2],
+        pair: &Self::Lanes<S::F8>,
+        block: &TriangleBlock,
+        interval: [S::F8; 2],
+    ) -> Option<Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>>;
 
     /// Eight rays against one triangle of a block; `None` if their lines pass by it.
     fn test_bundle<S: Simd>(

@@ -3,9 +3,10 @@
 //!
 //! Rounding decides whether a ray through a shared edge meets one of the triangles, both or none.
 
-use super::data::{Hierarchy, TriangleBlock};
+use super::data::{BLOCK, Hierarchy, TriangleBlock};
 use super::mode::{Crossing, Mode};
 use super::ray::{Best, Prepared, Weights};
+use super::rows::Rows;
 use super::simd::{Lanes, Mask, Simd};
 use glam::{Vec3, Vec3A};
 
@@ -45,6 +46,17 @@ impl Mode for Fast {
     }
 
     #[inline(always)]
+    fn lines<F: Lanes<8>>([ox, oy, oz]: [F; 3], [dx, dy, dz]: [F; 3], _: [F; 3]) -> ([F; 6], [u8; 8]) {
+        ([ox, oy, oz, dx, dy, dz], [0; 8])
+    }
+
+    #[inline(always)]
+    fn pair<S: Simd>(simd: S, rows: &Rows, [a, b]: [usize; 2]) -> Line<S::F8> {
+        let [ox, oy, oz, dx, dy, dz] = rows.lines.each_ref().map(|row| simd.pair8(row[a], row[b]));
+        Line { origin: [ox, oy, oz], dir: [dx, dy, dz] }
+    }
+
+    #[inline(always)]
     fn test_block<S: Simd>(
         simd: S,
         ray: &Prepared<Self>,
@@ -54,6 +66,20 @@ impl Mode for Fast {
     ) -> Option<Crossing<S::F4, <S::F4 as Lanes<4>>::Mask>> {
         let triangle = block.vectors.each_ref().map(|v| v.each_ref().map(|lanes| simd.load4(lanes)));
         cross(line, triangle, [simd.splat4(ray.t_min), simd.splat4(t_max)])
+    }
+
+    #[inline(always)]
+    fn test_pair<S: Simd>(
+        simd: S,
+        _: &Rows,
+        _: [usize; 2],
+        line: &Line<S::F8>,
+        block: &TriangleBlock,
+        interval: [S::F8; 2],
+    ) -> Option<Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>> {
+        let twice = |[x, y, z]: &[[f32; BLOCK]; 3]| [simd.join8(x, x), simd.join8(y, y), simd.join8(z, z)];
+        let [corner, to, from] = &block.vectors;
+        cross(line, [twice(corner), twice(to), twice(from)], interval)
     }
 
     #[inline(always)]

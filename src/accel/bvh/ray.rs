@@ -109,7 +109,7 @@ impl<M: Mode> Prepared<M> {
 /// ray in its own.
 #[cold]
 #[inline(never)]
-fn unusual(ray: &Ray) -> (Ray, f32) {
+pub(super) fn unusual(ray: &Ray) -> (Ray, f32) {
     if !ray.is_active() {
         return (Ray { t_min: 1.0, t_max: 0.0, ..Ray::new(Vec3::ZERO, Vec3::Z) }, 1.0);
     }

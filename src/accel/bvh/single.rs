@@ -3,6 +3,7 @@
 use super::data::{BLOCK, Child, Hierarchy, Node, Place};
 use super::mode::Mode;
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
+use super::rows::{Row, Rows};
 use super::simd::{Lanes, Mask, Simd};
 use super::sphere;
 use glam::Vec3A;
@@ -53,6 +54,18 @@ impl<F: Lanes<8>> Slabs<F> {
             near: splat3(ray.slabs.near),
             far: splat3(if M::WATERTIGHT { ray.slabs.far } else { ray.slabs.near }),
             t_min: simd.splat8(ray.t_min),
+        }
+    }
+
+    /// The same for one of the rays in rows.
+    #[inline(always)]
+    pub(super) fn of_row<S: Simd<F8 = F>, M: Mode>(simd: S, rows: &Rows, ray: usize) -> Self {
+        let splat3 = |rows: &[Row; 3]| rows.each_ref().map(|row| simd.splat8(row[ray]));
+        Self {
+            rcp: splat3(&rows.rcp),
+            near: splat3(&rows.near),
+            far: splat3(if M::WATERTIGHT { &rows.far } else { &rows.near }),
+            t_min: simd.splat8(rows.t_min[ray]),
         }
     }
 

@@ -9,6 +9,7 @@
 use super::data::{BLOCK, Hierarchy, Place, TriangleBlock};
 use super::mode::{self, Mode};
 use super::ray::{Best, Prepared, Weights};
+use super::rows::{Row, Rows};
 use super::simd::{Array, Lanes, Mask, Simd};
 use glam::{Vec3, Vec3A, Vec3Swizzles};
 
@@ -89,6 +90,32 @@ impl Mode for Watertight {
         Bundle { axes, shear, origin, rcp }
     }
 
+    /// The axes are by the fastest one, as in [`AXES`].
+    #[inline(always)]
+    fn lines<F: Lanes<8>>(origin: [F; 3], dir: [F; 3], rcp: [F; 3]) -> ([F; 6], [u8; 8]) {
+        let [x, y, z] = dir.map(|d| d.flip_sign(d));
+        // As `AXES_BY_ORDER` has it.
+        let is_y = z.le(y) & x.le(y) & x.ne(y);
+        let is_z = x.le(z) & y.le(z) & y.ne(z);
+        let sorted = |[x, y, z]: [F; 3]| {
+            [
+                x.select(is_z, z.select(is_y, y)),
+                y.select(is_z, x.select(is_y, z)),
+                z.select(is_z, y.select(is_y, x)),
+            ]
+        };
+        let ([ox, oy, oz], [dx, dy, _], [_, _, rz]) = (sorted(origin), sorted(dir), sorted(rcp));
+        let (is_y, is_z) = (is_y.bits(), is_z.bits());
+        let axes = core::array::from_fn(|i| (is_y >> i & 1 | (is_z >> i & 1) << 1) as u8);
+        ([ox, oy, oz, dx * rz, dy * rz, rz], axes)
+    }
+
+    #[inline(always)]
+    fn pair<S: Simd>(simd: S, rows: &Rows, [a, b]: [usize; 2]) -> Shear<S::F8> {
+        let [ox, oy, oz, sx, sy, sz] = rows.lines.each_ref().map(|row| simd.pair8(row[a], row[b]));
+        Shear { origin: [ox, oy, oz], shear: [sx, sy, sz] }
+    }
+
     #[inline(always)]
     fn test_block<S: Simd>(
         simd: S,
@@ -109,10 +136,43 @@ impl Mode for Watertight {
         if block.any_flat {
             let blurred = inside & crossing.is_blurred(shear, t).bits();
             if blurred != 0 {
-                t = simd.load4(&with_flat_distances(ray, block, blurred, t.to_array()));
+                t = simd.load4(&with_flat_distances(
+                    &ray.line,
+                    [ray.origin, ray.slabs.rcp],
+                    block,
+                    blurred,
+                    t.to_array(),
+                ));
             }
         }
         Some(crossing.within(t, [simd.splat4(ray.t_min), simd.splat4(t_max)]))
+    }
+
+    #[inline(always)]
+    fn test_pair<S: Simd>(
+        simd: S,
+        rows: &Rows,
+        rays: [usize; 2],
+        shear: &Shear<S::F8>,
+        block: &TriangleBlock,
+        interval: [S::F8; 2],
+    ) -> Option<mode::Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>> {
+        let [a, b] = rays.map(|ray| AXES[usize::from(rows.axes[ray]).min(2)]);
+        let [first, second, third] = &block.vectors;
+        let corners = [join(simd, first, a, b), join(simd, second, a, b), join(simd, third, a, b)];
+        let crossing = cross(shear, &corners);
+        let inside = crossing.inside.bits();
+        if inside == 0 {
+            return None;
+        }
+        let mut t = crossing.distance(shear);
+        if block.any_flat {
+            let blurred = inside & crossing.is_blurred(shear, t).bits();
+            if blurred != 0 {
+                t = simd.load8(&with_flat_distances_of_pair(rows, rays, block, blurred, t.to_array()));
+            }
+        }
+        Some(crossing.within(t, interval))
     }
 
     #[inline(always)]
@@ -229,7 +289,8 @@ fn solve_edge_on(ray: &Prepared<Watertight>, block: &TriangleBlock, lane: usize)
 /// [`Crossing::flat_distance`]. Out of line: few blocks have any.
 #[inline(never)]
 fn with_flat_distances(
-    ray: &Prepared<Watertight>,
+    line: &Line,
+    [origin, rcp]: [Vec3A; 2],
     block: &TriangleBlock,
     mut lanes: u32,
     mut distances: [f32; BLOCK],
@@ -240,16 +301,46 @@ fn with_flat_distances(
         let axis = usize::from(block.flat_axes[lane]);
         if axis < 3 {
             let [a, b, c] = &block.vectors;
-            let line = &ray.line;
             let depth =
                 |corner: &[[f32; BLOCK]; 3]| (corner[line.axes[2]][lane] - line.origin.z) * line.shear.z;
             let (u, v, w) = (depth(a), depth(b), depth(c));
-            let plane = (a[axis][lane] - ray.origin[axis]) * ray.slabs.rcp[axis];
+            let plane = (a[axis][lane] - origin[axis]) * rcp[axis];
             // There is no NaN here.
             let min = |x: f32, y: f32| if x < y { x } else { y };
             let max = |x: f32, y: f32| if x > y { x } else { y };
             distances[lane] = min(max(plane, min(min(u, v), w)), max(max(u, v), w));
         }
+    }
+    distances
+}
+
+/// A corner of four triangles for each of two rays, by their axes.
+#[inline(always)]
+fn join<S: Simd>(simd: S, corner: &[[f32; BLOCK]; 3], a: [usize; 3], b: [usize; 3]) -> [S::F8; 3] {
+    [
+        simd.join8(&corner[a[0]], &corner[b[0]]),
+        simd.join8(&corner[a[1]], &corner[b[1]]),
+        simd.join8(&corner[a[2]], &corner[b[2]]),
+    ]
+}
+
+/// The same as `with_flat_distances` for two rays and four triangles each.
+#[inline(never)]
+fn with_flat_distances_of_pair(
+    rows: &Rows,
+    rays: [usize; 2],
+    block: &TriangleBlock,
+    lanes: u32,
+    mut distances: [f32; 2 * BLOCK],
+) -> [f32; 2 * BLOCK] {
+    let (halves, _) = distances.as_chunks_mut::<BLOCK>();
+    for (k, (half, ray)) in halves.iter_mut().zip(rays).enumerate() {
+        let triple = |rows: [&Row; 3]| Vec3A::from_array(rows.map(|row| row[ray]));
+        let [ox, oy, oz, sx, sy, sz] = &rows.lines;
+        let axes = AXES[usize::from(rows.axes[ray]).min(2)];
+        let line = Line { axes, origin: triple([ox, oy, oz]), shear: triple([sx, sy, sz]) };
+        let given = [triple(rows.origin.each_ref()), triple(rows.rcp.each_ref())];
+        *half = with_flat_distances(&line, given, block, lanes >> (k * BLOCK) & 0xf, *half);
     }
     distances
 }

@@ -179,6 +179,11 @@ pub(super) trait Simd: Copy {
     /// One float, eight times.
     fn splat8(self, x: f32) -> Self::F8;
 
+    /// `a` in lanes 0 to 3, `b` in 4 to 7.
+    fn pair8(self, a: f32, b: f32) -> Self::F8;
+    /// Four floats from memory, then four others.
+    fn join8(self, low: &[f32; 4], high: &[f32; 4]) -> Self::F8;
+
     /// The lanes whose bits are set.
     fn mask8(self, bits: u32) -> <Self::F8 as Lanes<8>>::Mask;
     /// Eight empty sets.

@@ -143,6 +143,14 @@ impl Simd for Portable {
         Array([x; 8])
     }
     #[inline(always)]
+    fn pair8(self, a: f32, b: f32) -> Array<8> {
+        Array([a, a, a, a, b, b, b, b])
+    }
+    #[inline(always)]
+    fn join8(self, l: &[f32; 4], h: &[f32; 4]) -> Array<8> {
+        Array([l[0], l[1], l[2], l[3], h[0], h[1], h[2], h[3]])
+    }
+    #[inline(always)]
     fn mask8(self, bits: u32) -> Bits {
         Bits(bits)
     }

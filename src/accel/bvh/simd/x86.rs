@@ -226,7 +226,7 @@ lanes! { Avx8, 8,
 }
 
 macro_rules! tokens {
-    ($($token:ident $f4:ident $f8:ident |$p:ident| $load:expr, |$x:ident| $splat:expr, |$o:ident, $s:ident, $l:ident, $m:ident| $pack:expr;)*) => { $(
+    ($($token:ident $f4:ident $f8:ident |$p:ident| $load:expr, |$x:ident| $splat:expr, |$a:ident, $b:ident| $pair:expr, |$lo:ident, $hi:ident| $join:expr, |$o:ident, $s:ident, $l:ident, $m:ident| $pack:expr;)*) => { $(
         impl Simd for $token {
             type F4 = $f4;
             type F8 = $f8;
@@ -253,6 +253,17 @@ macro_rules! tokens {
                 unsafe { $splat }
             }
             #[inline(always)]
+            fn pair8(self, $a: f32, $b: f32) -> $f8 {
+                // SAFETY: the token proves the features.
+                unsafe { $pair }
+            }
+            #[inline(always)]
+            fn join8(self, low: &[f32; 4], high: &[f32; 4]) -> $f8 {
+                let ($lo, $hi) = (low.as_ptr(), high.as_ptr());
+                // SAFETY: four floats are read from each array of four; the token proves the features.
+                unsafe { $join }
+            }
+            #[inline(always)]
             fn mask8(self, bits: u32) -> $f8 {
                 let lane = |i: u32| f32::from_bits((bits >> i & 1).wrapping_neg());
                 self.load8(&[lane(0), lane(1), lane(2), lane(3), lane(4), lane(5), lane(6), lane(7)])
@@ -274,9 +285,12 @@ macro_rules! tokens {
 }
 tokens! {
     Avx2 Avx4 Avx8 |p| Avx8(_mm256_loadu_ps(p)), |x| Avx8(_mm256_set1_ps(x)),
+        |a, b| Avx8(_mm256_blend_ps::<0xf0>(_mm256_set1_ps(a), _mm256_set1_ps(b))),
+        |low, high| Avx8(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(low)), _mm_loadu_ps(high))),
         // SAFETY: the token proves the features.
         |order, shift, lanes, marks| unsafe { pack_avx2(order, shift, lanes, marks.0) };
     Sse2 Sse4 Sse8 |p| Sse8(_mm_loadu_ps(p), _mm_loadu_ps(p.add(4))), |x| Sse8(_mm_set1_ps(x), _mm_set1_ps(x)),
+        |a, b| Sse8(_mm_set1_ps(a), _mm_set1_ps(b)), |low, high| Sse8(_mm_loadu_ps(low), _mm_loadu_ps(high)),
         |order, shift, lanes, marks| pack(order, shift, lanes, marks.to_array().map(f32::to_bits));
 }
 

@@ -1,0 +1,140 @@
+//! Up to 32 rays side by side, as rows of numbers: what rays that want any hit are turned into, eight at a time.
+//!
+//! The numbers are those of [`Prepared`](super::ray::Prepared), by the same arithmetic.
+
+use super::mode::Mode;
+use super::ray::{CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, SLACK, unusual};
+use super::simd::{Lanes, Mask, Simd};
+use super::stream::STREAM;
+use crate::core::Ray;
+
+/// Rays that are prepared together.
+pub(super) const EIGHT: usize = 8;
+
+/// A number of each ray.
+pub(super) type Row = [f32; STREAM];
+
+/// The rays; a triple has a row for each axis.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    pub(super) origin: [Row; 3],
+    pub(super) dir: [Row; 3],
+    /// See [`Slabs`](super::ray::Slabs) for these three. The fast mode has `near` for `far`.
+    pub(super) rcp: [Row; 3],
+    pub(super) near: [Row; 3],
+    pub(super) far: [Row; 3],
+    pub(super) t_min: Row,
+    /// Finite.
+    pub(super) t_max: Row,
+    /// Boxes that start behind this are not entered.
+    pub(super) limit: Row,
+    /// What the triangle test needs: see [`Mode::lines`].
+    pub(super) lines: [Row; 6],
+    /// The same.
+    pub(super) axes: [u8; STREAM],
+}
+
+impl Rows {
+    /// No rays.
+    pub(super) const EMPTY: Self = Self {
+        origin: [[0.0; STREAM]; 3],
+        dir: [[0.0; STREAM]; 3],
+        rcp: [[0.0; STREAM]; 3],
+        near: [[0.0; STREAM]; 3],
+        far: [[0.0; STREAM]; 3],
+        t_min: [0.0; STREAM],
+        t_max: [0.0; STREAM],
+        limit: [0.0; STREAM],
+        lines: [[0.0; STREAM]; 6],
+        axes: [0; STREAM],
+    };
+
+    /// Sets the eight rays from `first` on. An inactive one ends before it starts.
+    #[inline(always)]
+    pub(super) fn set<S: Simd, M: Mode>(&mut self, simd: S, first: usize, rays: [&Ray; EIGHT]) {
+        let mut eight = Eight::new(simd, rays);
+        let usual = eight.usual();
+        if usual != 0xff {
+            eight = Eight::new(simd, tamed(rays, usual).each_ref());
+        }
+        let Eight { origin, dir, t_min, t_max } = eight;
+        let splat = |x| simd.splat8(x);
+        let greatest = splat(GREATEST_RECIPROCAL);
+        let rcp = dir.map(|d| (splat(1.0) / d).max(splat(-GREATEST_RECIPROCAL)).min(greatest));
+        let t_max = t_max.min(splat(f32::MAX));
+        let slack = splat(SLACK) * length(origin);
+        let (lines, axes) = M::lines(origin, dir, rcp);
+
+        let store = |row: &mut Row, v: S::F8| row[first..first + EIGHT].copy_from_slice(&v.to_array());
+        for k in 0..3 {
+            store(&mut self.origin[k], origin[k]);
+            store(&mut self.dir[k], dir[k]);
+            store(&mut self.rcp[k], rcp[k]);
+            let middle = origin[k] * rcp[k];
+            if M::WATERTIGHT {
+                let slack = slack * magnitude(rcp[k]);
+                store(&mut self.near[k], middle + slack);
+                store(&mut self.far[k], middle - slack);
+            } else {
+                store(&mut self.near[k], middle);
+            }
+        }
+        store(&mut self.t_min, t_min);
+        store(&mut self.t_max, t_max);
+        store(&mut self.limit, t_max * splat(CULL_INFLATION));
+        for (row, line) in self.lines.iter_mut().zip(lines) {
+            store(row, line);
+        }
+        self.axes[first..first + EIGHT].copy_from_slice(&axes);
+    }
+}
+
+/// Eight rays as they were given.
+struct Eight<F> {
+    origin: [F; 3],
+    dir: [F; 3],
+    t_min: F,
+    t_max: F,
+}
+
+impl<F: Lanes<EIGHT>> Eight<F> {
+    #[inline(always)]
+    fn new<S: Simd<F8 = F>>(simd: S, rays: [&Ray; EIGHT]) -> Self {
+        let load = |component: fn(&Ray) -> f32| simd.load8(&rays.map(component));
+        Self {
+            origin: [load(|r| r.origin.x), load(|r| r.origin.y), load(|r| r.origin.z)],
+            dir: [load(|r| r.dir.x), load(|r| r.dir.y), load(|r| r.dir.z)],
+            t_min: load(|r| r.t_min),
+            t_max: load(|r| r.t_max),
+        }
+    }
+
+    /// Those that need no [`tamed`].
+    #[inline(always)]
+    fn usual(&self) -> u32 {
+        let (from, along) = (length(self.origin), length(self.dir));
+        let usual = from.le(from.splat(f32::MAX))
+            & along.splat(LEAST_LENGTH).le(along)
+            & along.le(along.splat(GREATEST_LENGTH))
+            & self.t_min.le(self.t_max);
+        usual.bits()
+    }
+}
+
+#[inline(always)]
+fn magnitude<F: Lanes<EIGHT>>(v: F) -> F {
+    v.flip_sign(v)
+}
+
+/// Sum of the components.
+#[inline(always)]
+fn length<F: Lanes<EIGHT>>([x, y, z]: [F; 3]) -> F {
+    magnitude(x) + magnitude(y) + magnitude(z)
+}
+
+/// The rays with the unusual ones in usual numbers.
+#[cold]
+#[inline(never)]
+fn tamed(rays: [&Ray; EIGHT], usual: u32) -> [Ray; EIGHT] {
+    core::array::from_fn(|i| if usual >> i & 1 == 1 { *rays[i] } else { unusual(rays[i]).0 })
+}
