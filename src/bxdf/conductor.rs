@@ -46,7 +46,7 @@ impl Conductor {
         Ggx { alpha: self.alpha }
     }
 
-    #[inline]
+    #[inline(always)]
     fn colour(&self, cos: f32) -> Rgb {
         self.ior.map_or(self.reflectance, |ior| self.reflectance * ior.reflectance(cos))
     }
@@ -57,34 +57,22 @@ impl Conductor {
     }
 
     /// `None` for a smooth surface and below the horizon.
-    #[inline]
+    #[inline(always)]
     fn value(&self, at: &Incidence, wi: Vec3) -> Option<GgxValue> {
         (!self.ggx().is_smooth() && at.is_above(wi)).then(|| self.ggx().evaluate(at.n, at.wo, wi))
     }
 
-    #[inline]
-    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        self.f_cos_and_ln_pdf(at, wi).0
+    #[inline(always)]
+    pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        self.value(at, wi)
+            .map_or((Rgb::BLACK, 0.0), |value| (self.colour(value.cos_half) * value.f_cos, value.pdf))
     }
 
-    /// Both, with what they share done once.
-    #[inline]
-    pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| {
-            (self.colour(value.cos_half) * value.f_cos, value.pdf.ln())
-        })
-    }
-
-    #[inline]
-    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.f_cos_and_ln_pdf(at, wi).1
-    }
-
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         if self.ggx().is_smooth() {
             let weight = self.colour(at.n.dot(at.wo));
-            return Some(LobeSample { wi: at.mirror_direction(), weight, ln_pdf: f32::INFINITY });
+            return Some(LobeSample { wi: at.mirror_direction(), weight, pdf: f32::INFINITY });
         }
         let frame = Frame::new(at.n);
         let sample = self.ggx().sample(at.local_wo(&frame), u);
@@ -92,7 +80,7 @@ impl Conductor {
         (sample.weight > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
             wi,
             weight: self.colour(sample.cos_half) * sample.weight,
-            ln_pdf: sample.pdf.ln(),
+            pdf: sample.pdf,
         })
     }
 

@@ -11,7 +11,7 @@
 use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
 use crate::core::{Frame, Rgb, sampler::hash, special, warp};
 use glam::{Vec2, Vec3};
-use std::f32::consts::{LN_2, TAU};
+use std::f32::consts::TAU;
 
 /// What becomes of a direction that falls below the surface.
 ///
@@ -103,15 +103,14 @@ pub struct PreparedCosinePower {
     exponent: f32,
     /// `(e + 1) / (2 pi)`, divided by the mass above where the policy divides.
     norm: f32,
-    ln_norm: f32,
 }
 
 /// A direction of the lobe in its two parts; turned by pi about the axis it is `along - across`.
 struct Draw {
     along: Vec3,
     across: Vec3,
-    /// `e ln(cos alpha)`.
-    ln_cos_e: f32,
+    /// The lobe there, in 1/sr.
+    p: f32,
 }
 
 impl CosinePower {
@@ -127,28 +126,15 @@ impl CosinePower {
             Horizon::Reject => (exponent + 1.0) / (TAU * mass_above(exponent, r.dot(at.ng))),
             _ => (exponent + 1.0) / TAU,
         };
-        PreparedCosinePower {
-            lobe: *self,
-            frame: Frame::new(r),
-            n: at.n,
-            ng: at.ng,
-            exponent,
-            norm,
-            ln_norm: norm.ln(),
-        }
+        PreparedCosinePower { lobe: *self, frame: Frame::new(r), n: at.n, ng: at.ng, exponent, norm }
     }
 
-    #[inline]
-    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        self.prepare(at).f_cos(wi)
+    #[inline(never)]
+    pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        self.prepare(at).f_cos_and_pdf(wi)
     }
 
-    #[inline]
-    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.prepare(at).ln_pdf(wi)
-    }
-
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         self.prepare(at).sample(u)
     }
@@ -170,26 +156,26 @@ impl PreparedCosinePower {
     /// See [`Bxdf::f_cos`].
     #[inline]
     pub fn f_cos(&self, wi: Vec3) -> Rgb {
-        self.f_cos_and_ln_pdf(wi).0
+        self.f_cos_and_pdf(wi).0
     }
 
-    /// See [`Bxdf::ln_pdf`].
+    /// See [`Bxdf::pdf`].
     #[inline]
-    pub fn ln_pdf(&self, wi: Vec3) -> f32 {
-        self.f_cos_and_ln_pdf(wi).1
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        self.f_cos_and_pdf(wi).1
     }
 
     /// Both, with what they share done once.
     #[inline]
-    pub(super) fn f_cos_and_ln_pdf(&self, wi: Vec3) -> (Rgb, f32) {
-        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return (Rgb::BLACK, f32::NEG_INFINITY) };
+    pub(super) fn f_cos_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
+        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return (Rgb::BLACK, 0.0) };
         let p = self.norm * ln_cos_e.exp();
         let weight = match self.lobe.horizon {
             Horizon::Fold => m * p,
             Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
             Horizon::ModifiedPhong => self.modified_phong_weight(wi) * p,
         };
-        (self.lobe.reflectance * weight, self.ln_density(ln_cos_e, m))
+        (self.lobe.reflectance * weight, self.density(p, m))
     }
 
     /// See [`Bxdf::sample`].
@@ -216,11 +202,10 @@ impl PreparedCosinePower {
         Some((self.exponent * (-fall).ln_1p(), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
     }
 
-    /// The logarithm of the density that [`sample`](Self::sample) has.
+    /// The density that [`sample`](Self::sample) has where the lobe has `p`.
     #[inline]
-    fn ln_density(&self, ln_cos_e: f32, m: f32) -> f32 {
-        let folds = !matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject);
-        self.ln_norm + ln_cos_e + if folds && m == 2.0 { LN_2 } else { 0.0 }
+    fn density(&self, p: f32, m: f32) -> f32 {
+        if matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject) { p } else { m * p }
     }
 
     /// `f |n . wi| / p` of the reciprocal lobe of reflectance 1.
@@ -240,7 +225,7 @@ impl PreparedCosinePower {
         Draw {
             along: self.frame.n + fall * self.frame.n,
             across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,
-            ln_cos_e: self.exponent * ln_cos,
+            p: self.norm * (self.exponent * ln_cos).exp(),
         }
     }
 
@@ -259,7 +244,7 @@ impl PreparedCosinePower {
         (weight > 0.0).then(|| LobeSample {
             wi,
             weight: self.lobe.reflectance * weight,
-            ln_pdf: self.ln_density(d.ln_cos_e, m),
+            pdf: self.density(d.p, m),
         })
     }
 
@@ -270,7 +255,7 @@ impl PreparedCosinePower {
         (self.ng.dot(wi) > 0.0).then(|| LobeSample {
             wi,
             weight: self.lobe.reflectance,
-            ln_pdf: self.ln_density(d.ln_cos_e, 1.0),
+            pdf: self.density(d.p, 1.0),
         })
     }
 

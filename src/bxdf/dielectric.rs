@@ -32,26 +32,16 @@ impl Dielectric {
         if at.front { self.eta } else { 1.0 / self.eta }
     }
 
-    #[inline]
-    pub(super) fn f_cos(&self, _: &Incidence, _: Vec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    pub(super) fn ln_pdf(&self, _: &Incidence, _: Vec3) -> f32 {
-        f32::NEG_INFINITY
-    }
-
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         let eta = self.relative_eta(at);
         let (reflected, cos_far) = fresnel::dielectric(at.n.dot(at.wo), eta);
         if u[0] < reflected {
             let wi = at.mirror_direction();
-            return Some(LobeSample { wi, weight: self.reflectance, ln_pdf: f32::INFINITY });
+            return Some(LobeSample { wi, weight: self.reflectance, pdf: f32::INFINITY });
         }
         let wi = above_horizon(refract(at.wo, at.n, eta, cos_far), -at.ng);
-        Some(LobeSample { wi, weight: self.transmittance * (1.0 / (eta * eta)), ln_pdf: f32::INFINITY })
+        Some(LobeSample { wi, weight: self.transmittance * (1.0 / (eta * eta)), pdf: f32::INFINITY })
     }
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {

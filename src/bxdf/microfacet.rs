@@ -47,14 +47,14 @@ impl Ggx {
     pub const SMOOTH: f32 = 1e-3;
 
     /// Whether the surface counts as a smooth mirror.
-    #[inline]
+    #[inline(always)]
     pub fn is_smooth(&self) -> bool {
         self.alpha < Self::SMOOTH
     }
 
     /// Density of microfacets along `h`, which need not have unit length, about the normal `n`, over solid angle: in
     /// 1/sr.
-    #[inline]
+    #[inline(always)]
     pub fn density(&self, n: Vec3, h: Vec3) -> f32 {
         let (a2, squared_length) = (self.alpha * self.alpha, h.length_squared());
         if squared_length < f32::MIN_POSITIVE {
@@ -67,13 +67,13 @@ impl Ggx {
     }
 
     /// `sqrt(cos^2 + alpha^2 sin^2)`, which Smith's functions of both directions are made of.
-    #[inline]
+    #[inline(always)]
     fn stretched(&self, cos: f32) -> f32 {
         (cos * cos + self.alpha * self.alpha * (1.0 - cos * cos).max(0.0)).sqrt()
     }
 
     /// Value and density for `wo` and `wi`, both above the surface with the normal `n`.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, n: Vec3, wo: Vec3, wi: Vec3) -> GgxValue {
         let (half, cos_o) = (wo + wi, n.dot(wo).max(MIN_COS));
         let pdf = self.reflected_density(cos_o, self.density(n, half));
@@ -82,7 +82,7 @@ impl Ggx {
     }
 
     /// Draws a direction that `wo` sees by a visible microfacet; in the frame whose z is the normal.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> GgxSample {
         let h = self.sample_visible(wo, u);
         let cos_half = wo.dot(h).clamp(0.0, 1.0);
@@ -92,20 +92,20 @@ impl Ggx {
     }
 
     /// `G1(wo) D / (4 cos_o)`, which has no pole at grazing incidence.
-    #[inline]
+    #[inline(always)]
     fn reflected_density(&self, cos_o: f32, density: f32) -> f32 {
         density / (2.0 * (cos_o + self.stretched(cos_o)))
     }
 
     /// `G2(wo, wi) / G1(wo)`.
-    #[inline]
+    #[inline(always)]
     fn shadowing(&self, cos_o: f32, cos_i: f32) -> f32 {
         let (so, si) = (self.stretched(cos_o), self.stretched(cos_i));
         cos_i * (cos_o + so) / (cos_i * so + cos_o * si)
     }
 
     /// A normal with the density of those that `wo` sees.
-    #[inline]
+    #[inline(always)]
     fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         // The hemisphere of the stretched surface, on which visible normals are halfway to a uniform cap.
         let stretched = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();

@@ -28,18 +28,8 @@ impl Incidence {
 
 impl Mirror {
     #[inline]
-    pub(super) fn f_cos(&self, _: &Incidence, _: Vec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    pub(super) fn ln_pdf(&self, _: &Incidence, _: Vec3) -> f32 {
-        f32::NEG_INFINITY
-    }
-
-    #[inline]
     pub(super) fn sample(&self, at: &Incidence, _: [f32; 2]) -> Option<LobeSample> {
-        Some(LobeSample { wi: at.mirror_direction(), weight: self.reflectance, ln_pdf: f32::INFINITY })
+        Some(LobeSample { wi: at.mirror_direction(), weight: self.reflectance, pdf: f32::INFINITY })
     }
 
     #[inline]

@@ -85,8 +85,8 @@ pub struct LobeSample {
     pub wi: Vec3,
     /// `f(wo, wi) |n . wi| / pdf(wi)` in its analytic form: what the incident radiance is to be multiplied with.
     pub weight: Rgb,
-    /// Natural logarithm of the density over solid angle; infinite for a delta lobe.
-    pub ln_pdf: f32,
+    /// The density over solid angle, in 1/sr; infinite for a delta lobe.
+    pub pdf: f32,
 }
 
 /// One lobe.
@@ -122,7 +122,7 @@ macro_rules! dispatch {
 
 impl Bxdf {
     /// How the lobe is spread.
-    #[inline]
+    #[inline(always)]
     pub fn kind(&self) -> LobeKind {
         match self {
             Self::Diffuse(_) => LobeKind::Diffuse,
@@ -135,29 +135,30 @@ impl Bxdf {
     /// The BRDF times the cosine, `f(wo, wi) |n . wi|`, in 1/sr; black for a delta lobe.
     #[inline]
     pub fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        dispatch!(self, lobe => lobe.f_cos(at, wi))
+        self.evaluate(at, wi).0
     }
 
-    /// Natural logarithm of the density of [`sample`](Self::sample) at `wi`, over solid angle; `-inf` where it
-    /// never goes and for a delta lobe.
+    /// The density of [`sample`](Self::sample) at `wi`, over solid angle, in 1/sr; 0 where it never goes and for a
+    /// delta lobe.
     #[inline]
-    pub fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        dispatch!(self, lobe => lobe.ln_pdf(at, wi))
+    pub fn pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
+        self.evaluate(at, wi).1
     }
 
-    /// [`f_cos`](Self::f_cos) and [`ln_pdf`](Self::ln_pdf) together, with what they share done once.
-    #[inline]
+    /// [`f_cos`](Self::f_cos) and [`pdf`](Self::pdf) together, with what they share done once.
+    #[inline(always)]
     pub fn evaluate(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
         match self {
-            Self::CosinePower(lobe) => lobe.prepare(at).f_cos_and_ln_pdf(wi),
-            Self::Conductor(lobe) => lobe.f_cos_and_ln_pdf(at, wi),
-            Self::Plastic(lobe) => lobe.f_cos_and_ln_pdf(at, wi),
-            _ => (self.f_cos(at, wi), self.ln_pdf(at, wi)),
+            Self::Diffuse(lobe) => lobe.f_cos_and_pdf(at, wi),
+            Self::Mirror(_) | Self::Dielectric(_) => (Rgb::BLACK, 0.0),
+            Self::CosinePower(lobe) => lobe.f_cos_and_pdf(at, wi),
+            Self::Conductor(lobe) => lobe.f_cos_and_pdf(at, wi),
+            Self::Plastic(lobe) => lobe.f_cos_and_pdf(at, wi),
         }
     }
 
     /// Draws a direction; `None` where the sample carries no light. `u` is in `[0, 1)`.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         dispatch!(self, lobe => lobe.sample(at, u))
     }
@@ -190,21 +191,14 @@ impl Bxdf {
         // A direction within 1e-38 of the tangent plane must not make an infinity.
         if cos == 0.0 { Rgb::BLACK } else { (self.f_cos(at, wi) / cos).map(|f| f.min(f32::MAX)) }
     }
-
-    /// The density over solid angle, in 1/sr.
-    #[inline]
-    pub fn pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        match self {
-            Self::Diffuse(lobe) => lobe.pdf(at, wi),
-            _ => self.ln_pdf(at, wi).exp(),
-        }
-    }
 }
 
 /// The lobes of one point, together what it reflects with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bsdf {
-    lobes: [Option<Bxdf>; Self::MAX_LOBES],
+    /// Those beyond `count` are black.
+    lobes: [Bxdf; Self::MAX_LOBES],
+    count: usize,
 }
 
 impl Bsdf {
@@ -212,25 +206,27 @@ impl Bsdf {
     pub const MAX_LOBES: usize = 3;
 
     /// A surface that reflects nothing.
-    pub const BLACK: Self = Self { lobes: [None; Self::MAX_LOBES] };
+    pub const BLACK: Self =
+        Self { lobes: [Bxdf::Diffuse(Diffuse { reflectance: Rgb::BLACK }); Self::MAX_LOBES], count: 0 };
 
     /// Adds a lobe.
     ///
     /// # Panics
     /// If there are [`MAX_LOBES`](Self::MAX_LOBES) already.
     pub fn add(&mut self, lobe: Bxdf) {
-        let free = self.lobes.iter_mut().find(|l| l.is_none());
-        *free.expect("a material has at most MAX_LOBES lobes") = Some(lobe);
+        self.lobes[self.count] = lobe;
+        self.count += 1;
     }
 
     /// The lobe of this number, which must be one that was added.
-    #[inline]
+    #[inline(always)]
     pub fn lobe(&self, number: usize) -> &Bxdf {
-        self.lobes[number].as_ref().expect("only lobes that were added are asked for")
+        &self.lobes()[number]
     }
 
     /// The lobes in the order in which they were added.
-    pub fn lobes(&self) -> impl Iterator<Item = &Bxdf> + '_ {
-        self.lobes.iter().flatten()
+    #[inline(always)]
+    pub fn lobes(&self) -> &[Bxdf] {
+        &self.lobes[..self.count]
     }
 }

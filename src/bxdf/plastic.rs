@@ -105,23 +105,12 @@ impl Plastic {
         at.is_above(wi).then(|| self.evaluate(at, &self.outgoing(at), wi))
     }
 
-    #[inline]
-    pub(super) fn f_cos(&self, at: &Incidence, wi: Vec3) -> Rgb {
-        self.value(at, wi).map_or(Rgb::BLACK, |value| value.f_cos)
+    #[inline(never)]
+    pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
+        self.value(at, wi).map_or((Rgb::BLACK, 0.0), |value| (value.f_cos, value.pdf))
     }
 
-    /// Both, with what they share done once.
-    #[inline]
-    pub(super) fn f_cos_and_ln_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        self.value(at, wi).map_or((Rgb::BLACK, f32::NEG_INFINITY), |value| (value.f_cos, value.pdf.ln()))
-    }
-
-    #[inline]
-    pub(super) fn ln_pdf(&self, at: &Incidence, wi: Vec3) -> f32 {
-        self.value(at, wi).map_or(f32::NEG_INFINITY, |value| value.pdf.ln())
-    }
-
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         let frame = Frame::new(at.n);
         let outgoing = self.outgoing(at);
@@ -140,7 +129,7 @@ impl Plastic {
             return None;
         }
         let value = self.evaluate(at, &outgoing, wi);
-        (value.pdf > 0.0).then(|| LobeSample { wi, weight: value.f_cos / value.pdf, ln_pdf: value.pdf.ln() })
+        (value.pdf > 0.0).then(|| LobeSample { wi, weight: value.f_cos / value.pdf, pdf: value.pdf })
     }
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {

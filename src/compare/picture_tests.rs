@@ -1,6 +1,6 @@
 use super::*;
 use crate::core::{Sampler, SamplerKind};
-use crate::film::{PixelRect, RadianceSum};
+use crate::film::{PixelRect, RadianceGathered};
 
 const SIZE: u32 = 96;
 
@@ -13,7 +13,7 @@ fn film(seed: u32, spp: u32, more: impl Fn(u32, u32) -> f32) -> Film {
         let sampler = Sampler::new(SamplerKind::Independent, seed, x, y);
         for index in 0..spp {
             let value = (0.5 + sampler.single(index, 0)) * (1.0 + more(x, y));
-            pixel.add([RadianceSum::from_finite(value); 3]);
+            pixel.add([RadianceGathered::from(value); 3]);
         }
     }
     film

@@ -17,7 +17,7 @@ impl Frame {
     /// The frame about the unit vector `n`; orthonormal to 2e-7 in every direction.
     ///
     /// Source: Duff et al. 2017, *Building an Orthonormal Basis, Revisited*.
-    #[inline]
+    #[inline(always)]
     pub fn new(n: Vec3) -> Self {
         let sign = 1.0f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -30,13 +30,13 @@ impl Frame {
     }
 
     /// From this frame's coordinates to those that `n` is given in.
-    #[inline]
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }
 
     /// From the coordinates that `n` is given in to this frame's.
-    #[inline]
+    #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }

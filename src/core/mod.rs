@@ -13,7 +13,7 @@ pub mod special;
 pub mod warp;
 mod wide;
 
-pub use fixed::Fixed;
+pub use fixed::{Fixed, Gathered};
 pub use frame::Frame;
 pub use ray::{Hit, Ray, Skip};
 pub use rgb::Rgb;

@@ -8,7 +8,7 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
 /// Cosine and sine of an eighth of a turn at most, `|x| <= pi / 4`, to 1e-7: two roundings.
 ///
 /// Taylor's polynomials, whose next terms are below 3e-8.
-#[inline]
+#[inline(always)]
 fn unit_vector_near_x(x: f32) -> Vec2 {
     let xx = x * x;
     let cos = 1.0 + xx * (-1.0 / 2.0 + xx * (1.0 / 24.0 + xx * (-1.0 / 720.0 + xx * (1.0 / 40_320.0))));
@@ -17,7 +17,7 @@ fn unit_vector_near_x(x: f32) -> Vec2 {
 }
 
 /// The unit vector at the angle `2 pi turns`, for `turns` in `[0, 1]`, to 2e-7.
-#[inline]
+#[inline(always)]
 pub fn unit_vector(turns: f32) -> Vec2 {
     // The nearest quarter turn, from which the angle differs by an eighth at most: both without rounding.
     let quarter = (4.0 * turns + 0.5) as i32;
@@ -29,7 +29,7 @@ pub fn unit_vector(turns: f32) -> Vec2 {
 /// A point of the unit disk, uniform by area, with little distortion.
 ///
 /// Source: Shirley and Chiu 1997, *A Low Distortion Map Between Disk and Square*.
-#[inline]
+#[inline(always)]
 pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {
@@ -43,20 +43,20 @@ pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
 }
 
 /// A direction of the hemisphere about +z with density `cos / pi`.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = concentric_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// The density of [`cosine_hemisphere`], in 1/sr.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }
 
 /// A direction, uniform over the sphere: density 1/(4 pi).
-#[inline]
+#[inline(always)]
 pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -66,7 +66,7 @@ pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
 /// Barycentric coordinates `(u, v)` of a point of a triangle, uniform by area.
 ///
 /// Source: Heitz 2019, *A Low-Distortion Map Between Triangle and Square*.
-#[inline]
+#[inline(always)]
 pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {
     if u[0] < u[1] {
         let b0 = 0.5 * u[0];

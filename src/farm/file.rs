@@ -328,7 +328,7 @@ mod tests {
         for (i, pixel) in film.pixels.iter_mut().enumerate() {
             for n in 0..i {
                 let value = (i as f32 * 0.37 + n as f32).exp();
-                pixel.add([value, 1e-9 * value, 1e9 * value].map(RadianceSum::from_finite));
+                pixel.add([value, 1e-9 * value, 1e9 * value].map(crate::film::RadianceGathered::from));
             }
         }
         let header = Header {

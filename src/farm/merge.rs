@@ -262,7 +262,7 @@ mod tests {
     use super::*;
     use crate::farm::header::tests::identity;
     use crate::farm::{Identity, Shard, ShardBy};
-    use crate::film::{Pixel, RadianceSum};
+    use crate::film::{Pixel, RadianceGathered};
     use crate::render::Decisions;
 
     /// A part whose samples are functions of their pixel and number.
@@ -272,7 +272,7 @@ mod tests {
         for (i, pixel) in (0..).zip(&mut film.pixels) {
             let (x, y) = (part.rect.x0 + i % columns, part.rect.y0 + i / columns);
             for sample in part.first..part.end {
-                pixel.add([(x * 7 + y) as f32, 0.1 * sample as f32, 1e-7].map(RadianceSum::from_finite));
+                pixel.add([(x * 7 + y) as f32, 0.1 * sample as f32, 1e-7].map(RadianceGathered::from));
             }
         }
         let header = Header {

@@ -2,10 +2,12 @@
 //!
 //! Sums are [`Fixed`], so that merging films in any order gives the bits of the whole. Knows nothing of files.
 
-use crate::core::{Fixed, Rgb};
+use crate::core::{Fixed, Gathered, Rgb};
 
 /// A sum of radiance.
 pub type RadianceSum = Fixed<72>;
+/// The same while it grows.
+pub type RadianceGathered = Gathered<72>;
 /// A sum of squared luminance.
 pub type SquareSum = Fixed<64>;
 
@@ -53,10 +55,10 @@ pub struct Pixel {
 impl Pixel {
     /// Adds one sample of finite radiance.
     #[inline]
-    pub fn add(&mut self, radiance: [RadianceSum; 3]) {
+    pub fn add(&mut self, radiance: [RadianceGathered; 3]) {
         let mut luminance = 0.0;
         for ((sum, channel), weight) in self.sum.iter_mut().zip(radiance).zip([0.2126, 0.7152, 0.0722]) {
-            *sum += channel;
+            *sum += channel.sum();
             luminance += weight * channel.to_f64();
         }
         self.sum_of_squares += SquareSum::new(luminance * luminance);
@@ -161,7 +163,7 @@ pub struct Guide {
 impl GuidePixel {
     /// Adds one sample, whose radiance is given in the same exact form as the film's.
     #[inline]
-    pub fn add(&mut self, guide: &Guide, radiance: [RadianceSum; 3]) {
+    pub fn add(&mut self, guide: &Guide, radiance: [RadianceGathered; 3]) {
         for c in 0..3 {
             self.albedo[c] += RadianceSum::from_finite(guide.albedo.to_array()[c]);
             self.normal[c] += RadianceSum::from_finite(guide.normal[c]);

@@ -15,9 +15,9 @@ const MOST_REFLECTIONS: usize = 4;
 /// One of the lobes that focus light, chosen by albedo with the number `u`; with the probability.
 fn choose_focusing<'a>(bsdf: &'a Bsdf, at: &Incidence, u: f32) -> Option<(&'a Bxdf, f32)> {
     let albedo = |bxdf: &Bxdf| bxdf.albedo(at).max_channel();
-    let total: f32 = bsdf.lobes().filter(|bxdf| focuses(bxdf)).map(albedo).sum();
+    let total: f32 = bsdf.lobes().iter().filter(|bxdf| focuses(bxdf)).map(albedo).sum();
     let mut before = 0.0;
-    let mut lobes = bsdf.lobes().filter(|bxdf| focuses(bxdf));
+    let mut lobes = bsdf.lobes().iter().filter(|bxdf| focuses(bxdf));
     let chosen = lobes.find(|bxdf| {
         before += albedo(bxdf);
         u * total < before
@@ -215,7 +215,7 @@ impl Shooter<'_> {
 
 /// Luminance of what a surface reflects diffusely, if it does.
 fn diffuse(bsdf: &Bsdf) -> Option<f32> {
-    bsdf.lobes().find_map(|bxdf| match bxdf {
+    bsdf.lobes().iter().find_map(|bxdf| match bxdf {
         Bxdf::Diffuse(lobe) => Some(lobe.reflectance.luminance()),
         _ => None,
     })

@@ -36,7 +36,7 @@ impl Reflectors {
         for (geom_id, (shape, geometry)) in scene.shapes.iter().zip(&scene.geometries).enumerate() {
             let material = &scene.materials[geometry.material as usize];
             // Whether a lobe focuses light is the same all over a material.
-            if material.bsdf(Vec3::ZERO).lobes().any(focuses) {
+            if material.bsdf(Vec3::ZERO).lobes().iter().any(focuses) {
                 reflectors.add(geom_id as u32, shape);
             }
         }

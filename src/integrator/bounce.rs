@@ -135,9 +135,10 @@ impl Leaving {
     ///
     /// What is left of that number and the second one draw the direction: so those of each lobe are spread as well as
     /// the pairs are.
+    #[inline(never)]
     fn choose_one(&mut self, at: &Incidence, bsdf: &Bsdf, choice: [f32; 2]) {
         let mut weight = [0.0; Bsdf::MAX_LOBES];
-        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             if self.count[lobe] > 0 && !self.emission_only[lobe] {
                 weight[lobe] = bxdf.albedo(at).max_channel();
                 self.trace(lobe, 0, 0.0);
@@ -158,11 +159,13 @@ impl Leaving {
     }
 
     /// Rays not yet made.
+    #[inline(always)]
     pub(super) fn remaining(&self) -> usize {
         self.count.iter().skip(self.next.0).sum::<u32>() as usize - self.next.1 as usize
     }
 
     /// Lobe and number of the next ray.
+    #[inline(always)]
     fn take(&mut self) -> Option<(usize, u32)> {
         while self.next.0 < Bsdf::MAX_LOBES {
             let (lobe, number) = self.next;
@@ -177,15 +180,21 @@ impl Leaving {
 }
 
 impl Integrator<'_> {
-    /// Decides which rays leave a surface that `path` has reached.
+    /// Decides which rays leave a surface that `path` has reached, of which `leaving` has none yet.
     ///
     /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the numbers
     /// `choice` in `[0, 1)`, in proportion to its albedo.
     #[inline(always)]
-    pub(super) fn plan_rays(&self, path: &Path, at: &Incidence, bsdf: &Bsdf, choice: [f32; 2]) -> Leaving {
-        let mut leaving = Leaving::default();
+    pub(super) fn plan_rays(
+        &self,
+        path: &Path,
+        at: &Incidence,
+        bsdf: &Bsdf,
+        choice: [f32; 2],
+        leaving: &mut Leaving,
+    ) {
         let (mut lobes, mut split) = (0, 1);
-        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             if self.continues(path, bxdf) {
                 lobes += 1;
                 leaving.trace(lobe, 1, 1.0);
@@ -207,8 +216,11 @@ impl Integrator<'_> {
             leaving.choose_one(at, bsdf, choice);
         }
         leaving.lobes_look = self.scene.settings.direct_light == DirectLight::Mis
-            && bsdf.lobes().zip(leaving.rate).all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
-        leaving
+            && bsdf
+                .lobes()
+                .iter()
+                .zip(leaving.rate)
+                .all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
     }
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
@@ -235,7 +247,7 @@ impl Integrator<'_> {
     ) -> Rgb {
         let mut seen = Rgb::BLACK;
         let settings = &self.scene.settings;
-        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             if bxdf.kind() == LobeKind::Diffuse {
                 if settings.diffuse_bounces {
                     tally.lose(path.beta * bxdf.albedo(at));
@@ -325,11 +337,7 @@ impl Integrator<'_> {
             depth: path.depth + 1,
             glossy_depth: path.glossy_depth + u32::from(glossy),
             split: path.split,
-            ln_rate: if glossy && !settings.highlights {
-                f32::INFINITY
-            } else {
-                sample.ln_pdf + ln_rate(rate)
-            },
+            rate: if glossy && !settings.highlights { f32::INFINITY } else { sample.pdf * rate },
             receiver_n: point.at.n,
             lobes_look: leaving.lobes_look,
             emission_only: leaving.emission_only[lobe],
@@ -338,12 +346,6 @@ impl Integrator<'_> {
         let class = if bxdf.kind() == LobeKind::Diffuse { RayClass::Diffuse } else { RayClass::Glossy };
         wave.push(class, child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit));
     }
-}
-
-/// The logarithm of a number of rays, which is mostly one.
-#[inline]
-pub(super) fn ln_rate(rate: f32) -> f32 {
-    if rate == 1.0 { 0.0 } else { rate.ln() }
 }
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.

@@ -1,14 +1,14 @@
 //! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
-use super::bounce::{Leaving, Numbers, Reached, ln_rate};
+use super::bounce::{Leaving, Numbers, Reached};
 use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::{Ray, Rgb};
 use crate::guiding::Cell;
-use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
+use crate::scene::{DirectLight, EightSamples, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
 pub(super) struct Unoccluded {
@@ -18,34 +18,39 @@ pub(super) struct Unoccluded {
     pub ray: Option<Ray>,
 }
 
-/// The power heuristic for a technique of density `exp(ln_mine)` against one of `exp(ln_other)`.
+/// The power heuristic for a technique of the density `mine` against one of the density `other`.
 ///
-/// In logarithms, since the density of a sharp lobe squared overflows.
-#[inline]
-fn power_heuristic(ln_mine: f32, ln_other: f32) -> f32 {
-    if ln_other == f32::NEG_INFINITY || ln_mine == f32::INFINITY {
+/// Of their quotient, since the square of a sharp lobe's density may overflow.
+#[inline(always)]
+fn power_heuristic(mine: f32, other: f32) -> f32 {
+    if other == 0.0 || mine == f32::INFINITY {
         return 1.0;
     }
-    1.0 / (1.0 + (2.0 * (ln_other - ln_mine)).exp())
+    let ratio = other / mine;
+    1.0 / (1.0 + ratio * ratio)
 }
 
 impl Integrator<'_> {
-    /// One light's share of the radiance that leaves `point` towards the viewer.
+    /// One light's share of the radiance that leaves `point` towards the viewer; see [`Lights::prepare`] for `prepared`.
+    ///
+    /// [`Lights::prepare`]: crate::scene::Lights::prepare
     #[inline(always)]
     pub(super) fn sample_light(
         &self,
         from: &Reached,
         leaving: &Leaving,
         numbers: &Numbers,
+        prepared: Option<(&EightSamples, usize)>,
     ) -> Option<Unoccluded> {
         let Reached { path, point, bsdf } = from;
-        if !bsdf.lobes().any(|bxdf| self.takes_light(bxdf)) {
+        if !bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf)) {
             return None;
         }
         let receiver = Receiver { p: point.p, n: point.at.n, lobes_look: leaving.lobes_look };
-        let light = self.scene.lights.sample(&receiver, numbers.choice[1], numbers.light)?;
+        let light =
+            self.scene.lights.sample_prepared(&receiver, numbers.choice[1], numbers.light, prepared)?;
         let mut reflected = Rgb::BLACK;
-        for (lobe, bxdf) in bsdf.lobes().enumerate() {
+        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf));
             reflected += self.lit(path, point, bxdf, rays, &light);
         }
@@ -80,7 +85,7 @@ impl Integrator<'_> {
         light: &LightSample,
     ) -> Rgb {
         let settings = &self.scene.settings;
-        let beyond_reach = light.ln_pdf == f32::INFINITY;
+        let beyond_reach = light.pdf == f32::INFINITY;
         match bxdf.kind() {
             LobeKind::Delta => Rgb::BLACK,
             LobeKind::Glossy if !settings.highlights => Rgb::BLACK,
@@ -90,16 +95,16 @@ impl Integrator<'_> {
             }
             // What a glossy lobe shows lies one reflection further on, which the path may not take.
             LobeKind::Glossy if rate == 0.0 && self.is_last(path) => Rgb::BLACK,
-            _ if beyond_reach => bxdf.f_cos(&point.at, light.wi),
-            _ => match settings.direct_light {
-                DirectLight::Light => bxdf.f_cos(&point.at, light.wi),
-                DirectLight::Lobe => Rgb::BLACK,
-                DirectLight::Mis if rate == 0.0 => bxdf.f_cos(&point.at, light.wi),
-                DirectLight::Mis => {
-                    let (f_cos, ln_pdf) = guided::evaluate(bxdf, &point.at, guide, light.wi);
-                    f_cos * power_heuristic(light.ln_pdf, ln_pdf + ln_rate(rate))
-                }
-            },
+            _ => {
+                let (f_cos, pdf) = guided::evaluate(bxdf, &point.at, guide, light.wi);
+                f_cos
+                    * match settings.direct_light {
+                        _ if beyond_reach => 1.0,
+                        DirectLight::Light => 1.0,
+                        DirectLight::Lobe => 0.0,
+                        DirectLight::Mis => power_heuristic(light.pdf, pdf * rate),
+                    }
+            }
         }
     }
 
@@ -120,7 +125,7 @@ impl Integrator<'_> {
     pub(super) fn emitter_weight(&self, path: &Path, ray: &Ray, hit: &EmitterHit) -> f32 {
         self.found_weight(path, || {
             let receiver = path.receiver(ray.origin);
-            self.scene.lights.ln_pdf(&receiver, hit)
+            self.scene.lights.pdf(&receiver, hit)
         })
     }
 
@@ -128,18 +133,18 @@ impl Integrator<'_> {
     pub(super) fn environment_weight(&self, path: &Path, ray: &Ray) -> f32 {
         self.found_weight(path, || {
             let receiver = path.receiver(ray.origin);
-            self.scene.lights.ln_pdf_environment(&receiver, ray.dir)
+            self.scene.lights.pdf_environment(&receiver, ray.dir)
         })
     }
 
-    fn found_weight(&self, path: &Path, ln_pdf_of_light: impl FnOnce() -> f32) -> f32 {
-        if path.ln_rate == f32::INFINITY {
+    fn found_weight(&self, path: &Path, pdf_of_light: impl FnOnce() -> f32) -> f32 {
+        if path.rate == f32::INFINITY {
             return 1.0;
         }
         match self.scene.settings.direct_light {
             DirectLight::Lobe => 1.0,
-            DirectLight::Mis => power_heuristic(path.ln_rate, ln_pdf_of_light()),
-            DirectLight::Light if ln_pdf_of_light() == f32::NEG_INFINITY => 1.0,
+            DirectLight::Mis => power_heuristic(path.rate, pdf_of_light()),
+            DirectLight::Light if pdf_of_light() == 0.0 => 1.0,
             DirectLight::Light => 0.0,
         }
     }

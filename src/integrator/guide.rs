@@ -55,7 +55,7 @@ impl Integrator<'_> {
     ) -> Option<usize> {
         let [mut sharp, mut other] = [Rgb::BLACK; 2];
         let (mut followed, mut other_rate) = (None, 0.0);
-        for (number, lobe) in bsdf.lobes().enumerate() {
+        for (number, lobe) in bsdf.lobes().iter().enumerate() {
             if is_sharp(lobe) {
                 sharp += lobe.albedo(&point.at);
                 followed = followed.or((leaving.count[number] > 0).then_some(number));

@@ -18,7 +18,7 @@ impl<'a> Integrator<'a> {
         leaving: &Leaving,
     ) -> Option<u32> {
         let caustics = self.caustics?;
-        let mut lobes = bsdf.lobes().enumerate();
+        let mut lobes = bsdf.lobes().iter().enumerate();
         let goes_on = lobes.any(|(lobe, bxdf)| {
             bxdf.kind() == LobeKind::Diffuse && leaving.rate[lobe] > 0.0 && !leaving.emission_only[lobe]
         });
@@ -34,7 +34,7 @@ impl<'a> Integrator<'a> {
 }
 
 /// Draws a direction from the mixture of a lobe and its guide.
-#[inline]
+#[inline(always)]
 pub(super) fn sample(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, u: [f32; 2]) -> Option<LobeSample> {
     let Some(guide) = guide else { return bxdf.sample(at, u) };
     let within = |u: f32, low: f32, width: f32| ((u - low) / width).min(1.0 - 0.5 * f32::EPSILON);
@@ -43,21 +43,14 @@ pub(super) fn sample(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, u: [f32;
     } else {
         bxdf.sample(at, [within(u[0], guide.share, 1.0 - guide.share), u[1]])?.wi
     };
-    let (f_cos, pdf) = (bxdf.f_cos(at, wi), mixture_pdf(bxdf, at, guide, wi));
-    (!f_cos.is_black()).then(|| LobeSample { wi, weight: f_cos / pdf, ln_pdf: pdf.ln() })
+    let (f_cos, pdf) = evaluate(bxdf, at, Some(guide), wi);
+    (!f_cos.is_black()).then(|| LobeSample { wi, weight: f_cos / pdf, pdf })
 }
 
-/// A lobe's value times the cosine, and the logarithm of the density with which [`sample`] goes along `wi`.
-#[inline]
+/// A lobe's value times the cosine, and the density with which [`sample`] goes along `wi`, in 1/sr.
+#[inline(always)]
 pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, wi: Vec3) -> (Rgb, f32) {
-    match guide {
-        Some(guide) => (bxdf.f_cos(at, wi), mixture_pdf(bxdf, at, guide, wi).ln()),
-        None => bxdf.evaluate(at, wi),
-    }
-}
-
-/// The density of a mixture of a lobe and its guide, in 1/sr.
-#[inline]
-fn mixture_pdf(bxdf: &Bxdf, at: &Incidence, guide: &Cell, wi: Vec3) -> f32 {
-    guide.share * guide.directions.pdf(wi) + (1.0 - guide.share) * bxdf.pdf(at, wi)
+    let (f_cos, pdf) = bxdf.evaluate(at, wi);
+    let pdf = guide.map_or(pdf, |guide| guide.share * guide.directions.pdf(wi) + (1.0 - guide.share) * pdf);
+    (f_cos, pdf)
 }

@@ -51,7 +51,7 @@ impl Integrator<'_> {
         let Some(environment) = &self.scene.lights.environment else { return };
         let sampler = root.sampler;
         let place = Place { path, point, sampler: &sampler };
-        for (number, bxdf) in bsdf.lobes().enumerate() {
+        for (number, bxdf) in bsdf.lobes().iter().enumerate() {
             if let Bxdf::CosinePower(lobe) = bxdf {
                 let lobe = Lobe { number, exponent: f64::from(lobe.exponent), environment, bxdf };
                 self.reflect(&place, &lobe, root, out);

@@ -22,9 +22,9 @@ pub(super) struct Path {
     pub glossy_depth: u32,
     /// Rays that leave its first glossy hit.
     pub split: u32,
-    /// Logarithm of rays times density with which the last lobe goes this way; infinite where no light sample
-    /// competes: from the camera, from mirrors, and from glossy surfaces that sample no lights.
-    pub ln_rate: f32,
+    /// Rays times density with which the last lobe goes this way, in 1/sr; infinite where no light sample competes:
+    /// from the camera, from mirrors, and from glossy surfaces that sample no lights.
+    pub rate: f32,
     /// Normal of the surface that the ray left: what the light's density depends on.
     pub receiver_n: Vec3,
     /// What the light's choice at that surface depended on: see [`Receiver::lobes_look`].
@@ -45,7 +45,7 @@ impl Path {
             depth: 0,
             glossy_depth: 0,
             split,
-            ln_rate: f32::INFINITY,
+            rate: f32::INFINITY,
             receiver_n: Vec3::Z,
             lobes_look: false,
             emission_only: false,

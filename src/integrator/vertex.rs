@@ -1,13 +1,13 @@
 //! One end of a ray: what is seen where it hits, or where it misses.
 
-use super::bounce::{Numbers, Reached};
+use super::bounce::{Leaving, Numbers, Reached};
 use super::direct::{Unoccluded, emitter_hit};
 use super::guide::Trail;
 use super::path::{Path, Vertex, Wave};
 use super::tally::Tally;
 use super::wave::{Integrator, Root, Shadows};
 use crate::core::{Hit, Ray, Rgb};
-use crate::scene::SurfaceInteraction;
+use crate::scene::{EightSamples, SurfaceInteraction};
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
@@ -36,6 +36,8 @@ pub(super) struct Seen<'a> {
     pub point: &'a SurfaceInteraction,
     /// The surface's random numbers.
     pub numbers: &'a Numbers,
+    /// A sample of the only light, and its lane.
+    pub prepared: Option<(&'a EightSamples, usize)>,
 }
 
 impl Integrator<'_> {
@@ -54,7 +56,7 @@ impl Integrator<'_> {
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
     #[inline(always)]
     pub(super) fn shade(&self, seen: &Seen, root: &mut Root, out: &mut Outgoing) {
-        let Seen { path, ray, hit, point, numbers } = *seen;
+        let Seen { path, ray, hit, point, numbers, prepared } = *seen;
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
@@ -95,7 +97,8 @@ impl Integrator<'_> {
                 &here
             }
         };
-        let mut leaving = self.plan_rays(path, &point.at, bsdf, numbers.choice);
+        let mut leaving = Leaving::default();
+        self.plan_rays(path, &point.at, bsdf, numbers.choice, &mut leaving);
         leaving.guide = self.find_guide(point, bsdf, &leaving);
         if let Some(trail) = trail {
             leaving.followed = self.tell(path, point, bsdf, &leaving, trail);
@@ -109,7 +112,7 @@ impl Integrator<'_> {
             self.reflect_environment(path, point, bsdf, root, out);
         }
         if self.samples_lights {
-            match self.sample_light(&from, &leaving, numbers) {
+            match self.sample_light(&from, &leaving, numbers, prepared) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
                 Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),
                 None => {}

@@ -7,9 +7,9 @@ use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::Bsdf;
-use crate::core::lanes::LANES;
+use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
-use crate::film::{Film, PixelRect, RadianceSum};
+use crate::film::{Film, PixelRect, RadianceGathered};
 use crate::guiding::CausticMap;
 use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
 use std::ops::Range;
@@ -42,16 +42,17 @@ pub(super) struct Root {
     /// The pixel's random numbers.
     pub sampler: Sampler,
     /// Its radiance so far.
-    sum: [RadianceSum; 3],
+    sum: [RadianceGathered; 3],
 }
 
 impl Root {
     /// Adds light to the sample; what cannot be added is counted.
     #[inline(always)]
     pub(super) fn add(&mut self, radiance: Rgb, tally: &mut Tally) {
-        if !radiance.is_black() && tally.dropped.accepts(radiance) {
-            for (sum, channel) in self.sum.iter_mut().zip(radiance.to_array()) {
-                *sum += RadianceSum::from_finite(channel);
+        let channels = radiance.to_array();
+        if channels.iter().all(|&c| RadianceGathered::is_ordinary(c)) || tally.dropped.accepts(radiance) {
+            for (sum, channel) in self.sum.iter_mut().zip(channels) {
+                sum.add(channel);
             }
         }
     }
@@ -306,9 +307,17 @@ impl<'a> Integrator<'a> {
         let points = self.scene.interactions(found);
         let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
         let numbers = Numbers::draw(samplers, from, may_end);
+        let (mut receivers, mut towards) = (Vectors::default(), [[0.0; 2]; LANES]);
+        for lane in 0..LANES {
+            receivers.set(lane, points[lane].p);
+            towards[lane] = numbers[lane].light;
+        }
+        let prepared =
+            if self.samples_lights { self.scene.lights.prepare(&receivers, &towards) } else { None };
         for lane in 0..group.len() {
             let ((ray, hit), path) = (found[lane], from[lane]);
-            let seen = Seen { path, ray, hit, point: &points[lane], numbers: &numbers[lane] };
+            let prepared = prepared.as_ref().map(|samples| (samples, lane));
+            let seen = Seen { path, ray, hit, point: &points[lane], numbers: &numbers[lane], prepared };
             self.shade(&seen, &mut roots[path.slot as usize], out);
         }
     }

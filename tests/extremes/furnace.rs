@@ -80,7 +80,7 @@ fn the_ends_of_the_random_numbers_give_directions_that_leave_the_plate() {
                         assert!(
                             sample.weight.is_finite() && sample.weight.to_array().iter().all(|w| *w >= 0.0)
                         );
-                        assert!(!sample.ln_pdf.is_nan(), "{what}");
+                        assert!(!sample.pdf.is_nan(), "{what}");
                         assert!((sample.wi.length() - 1.0).abs() < 1e-6, "{what}: {}", sample.wi);
                         assert!(sample.wi.dot(point.at.ng) >= 0.0, "{what}: {}", sample.wi);
                         for self_hit in [SelfHit::Geometry, SelfHit::Primitive, SelfHit::Offset] {

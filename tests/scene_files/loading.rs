@@ -75,7 +75,7 @@ fn every_kind_of_material_makes_its_lobe() {
         ("type = \"dielectric\"", LobeKind::Delta),
     ] {
         let scene = scene(&format!("[materials.m]\n{text}"));
-        let kinds: Vec<_> = scene.materials[0].bsdf(Vec3::ZERO).lobes().map(|l| l.kind()).collect();
+        let kinds: Vec<_> = scene.materials[0].bsdf(Vec3::ZERO).lobes().iter().map(|l| l.kind()).collect();
         assert_eq!(kinds, [kind], "{text}");
     }
     // The cosine power e is about as wide as the roughness 1 / sqrt(2 e).

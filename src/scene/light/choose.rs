@@ -4,7 +4,8 @@ use super::alias::below_one;
 use super::bounds::LightBounds;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
-use super::{EmitterHit, Environment, Light, LightSample, Receiver};
+use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver};
+use crate::core::lanes::{LANES, Vectors};
 use crate::core::sampler;
 use glam::Vec3;
 
@@ -57,39 +58,69 @@ impl Lights {
     /// bits that `u` has not.
     #[inline]
     pub fn sample(&self, to: &Receiver, fine: f32, u: [f32; 2]) -> Option<LightSample> {
-        let [choice, v] = widen(fine, u);
-        let (pick, probability, rest) = self.choose(to, choice)?;
-        let u = [rest, v];
+        let (pick, probability, u) = match (self.tree.only(), self.far(to).is_empty()) {
+            (None, true) if self.tree.is_empty() => return None,
+            (Some(light), true) => (Pick::Light(light), 1.0, [f64::from(u[0]), f64::from(u[1])]),
+            _ => {
+                let [choice, v] = widen(fine, u);
+                let (pick, probability, rest) = self.choose(to, choice)?;
+                (pick, probability, [rest, v])
+            }
+        };
         let sample = match (pick, &self.environment) {
             (Pick::Light(i), _) => self.lights[i as usize].sample(to, u)?,
             (Pick::Environment, Some(environment)) => environment.sample(to, u)?,
             (Pick::Environment, None) => return None,
         };
         let le_over_pdf = sample.le_over_pdf / probability as f32;
-        let arrives = le_over_pdf.is_finite() && !le_over_pdf.is_black();
-        let ln_pdf = sample.ln_pdf + ln_share(probability);
-        arrives.then_some(LightSample { le_over_pdf, ln_pdf, ..sample })
+        let pdf = sample.pdf * probability as f32;
+        arrives(LightSample { le_over_pdf, pdf, ..sample })
     }
 
-    /// Logarithm of the density with which [`sample`](Self::sample) goes to this point of a light.
+    /// Samples of the light that may be the only one to choose, for eight receivers side by side; `None` where several
+    /// are, or it is no rectangle.
+    #[inline(always)]
+    pub fn prepare(&self, receivers: &Vectors, u: &[[f32; 2]; LANES]) -> Option<EightSamples> {
+        match self.lights.get(self.tree.only()? as usize)? {
+            Light::Rectangle(light) => Some(light.sample_eight(receivers, u)),
+            _ => None,
+        }
+    }
+
+    /// [`sample`](Self::sample), where it may have been [prepared](Self::prepare) in a lane.
+    #[inline(always)]
+    pub fn sample_prepared(
+        &self,
+        to: &Receiver,
+        fine: f32,
+        u: [f32; 2],
+        prepared: Option<(&EightSamples, usize)>,
+    ) -> Option<LightSample> {
+        match prepared.filter(|_| self.far(to).is_empty()).and_then(|(samples, lane)| samples.get(lane)) {
+            Some(sample) => arrives(sample),
+            None => self.sample(to, fine, u),
+        }
+    }
+
+    /// The density with which [`sample`](Self::sample) goes to this point of a light.
     #[inline]
-    pub fn ln_pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
+    pub fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         let probability = self.near_share(to) * self.tree.probability(to, hit.light);
         if probability == 0.0 {
-            return f32::NEG_INFINITY;
+            return 0.0;
         }
-        ln_share(probability) + self.lights[hit.light as usize].ln_pdf(to, hit)
+        probability as f32 * self.lights[hit.light as usize].pdf(to, hit)
     }
 
-    /// Logarithm of the density with which [`sample`](Self::sample) goes along `wi` to the environment.
+    /// The density with which [`sample`](Self::sample) goes along `wi` to the environment.
     #[inline]
-    pub fn ln_pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
+    pub fn pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
         match &self.environment {
             Some(environment) if self.far(to).has_environment() => {
                 let probability = (1.0 - self.near_share(to)) * self.far(to).probability(to, 0);
-                ln_share(probability) + environment.pdf(to, wi).ln()
+                probability as f32 * environment.pdf(to, wi)
             }
-            _ => f32::NEG_INFINITY,
+            _ => 0.0,
         }
     }
 
@@ -131,10 +162,10 @@ impl Lights {
     }
 }
 
-/// The logarithm of a probability, which is often one.
-#[inline]
-fn ln_share(probability: f64) -> f32 {
-    if probability == 1.0 { 0.0 } else { (probability as f32).ln() }
+/// The sample if it has any light.
+#[inline(always)]
+fn arrives(sample: LightSample) -> Option<LightSample> {
+    (sample.le_over_pdf.is_finite() && !sample.le_over_pdf.is_black()).then_some(sample)
 }
 
 /// `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.
@@ -303,16 +334,16 @@ mod tests {
         for choice in [0.0, 0.5, 0.99] {
             assert_eq!(broad.choose(&looking, choice), Some((Pick::Light(0), 1.0, choice)));
         }
-        assert_eq!(broad.ln_pdf_environment(&looking, Vec3::Y), f32::NEG_INFINITY);
-        assert!(broad.ln_pdf_environment(&alone, Vec3::Y).is_finite());
+        assert_eq!(broad.pdf_environment(&looking, Vec3::Y), 0.0);
+        assert!(broad.pdf_environment(&alone, Vec3::Y) > 0.0);
         assert_eq!(broad.choose(&alone, 0.99).map(|(pick, ..)| pick), Some(Pick::Environment));
         let sky = Lights::new(vec![], Some(Environment::Constant(Rgb::WHITE)));
         assert!(sky.sample(&looking, 0.5, [0.5; 2]).is_none() && sky.sample(&alone, 0.5, [0.5; 2]).is_some());
         let softboxes = Lights::new(lamp(), Some(Environment::product_shot(1.0, 0.0)));
         let [key_light, cove] = [Vec3::new(-0.75, 0.75, 0.65).normalize(), Vec3::NEG_Y];
-        assert!(softboxes.ln_pdf_environment(&looking, key_light).is_finite());
-        assert_eq!(softboxes.ln_pdf_environment(&looking, cove), f32::NEG_INFINITY);
-        assert!(softboxes.ln_pdf_environment(&alone, cove).is_finite());
+        assert!(softboxes.pdf_environment(&looking, key_light) > 0.0);
+        assert_eq!(softboxes.pdf_environment(&looking, cove), 0.0);
+        assert!(softboxes.pdf_environment(&alone, cove) > 0.0);
     }
 
     #[test]

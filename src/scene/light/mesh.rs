@@ -1,7 +1,7 @@
 //! Emissive meshes: disks, polygons and whatever else is made of triangles.
 
 use super::alias::{AliasTable, narrow};
-use super::{EmitterHit, LightSample, Receiver, shadow_end};
+use super::{EmitterHit, LightSample, Receiver, density, shadow_end};
 use crate::core::{Rgb, warp};
 use crate::geometry::TriangleMesh;
 use glam::DVec3;
@@ -85,20 +85,20 @@ impl MeshLight {
             wi: (way / distance).as_vec3(),
             t_max: shadow_end(to.p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -solid_angle.ln() as f32,
+            pdf: density(solid_angle),
             shadow: true,
         })
     }
 
-    /// Logarithm of the density of [`sample`](Self::sample) at a point that a ray has found.
+    /// The density of [`sample`](Self::sample) at a point that a ray has found.
     #[inline]
-    pub(super) fn ln_pdf(&self, hit: &EmitterHit) -> f32 {
+    pub(super) fn pdf(&self, hit: &EmitterHit) -> f32 {
         let normal = cross(&self.mesh, hit.prim_id).normalize_or_zero();
         let cos = -normal.dot(hit.wi.as_dvec3());
         if !(cos > 0.0 || (self.both_sides && cos < 0.0)) {
-            return f32::NEG_INFINITY;
+            return 0.0;
         }
         let t = f64::from(hit.t);
-        (t * t / (cos.abs() * self.area)).ln() as f32
+        density(cos.abs() * self.area / (t * t))
     }
 }

@@ -20,7 +20,7 @@ pub use choose::Lights;
 pub use environment::Environment;
 pub use mesh::MeshLight;
 pub use point::{DirectionalLight, PointLight};
-pub use rectangle::RectangleLight;
+pub use rectangle::{EightSamples, RectangleLight};
 pub use sphere::SphereLight;
 
 use crate::core::Rgb;
@@ -39,8 +39,8 @@ pub struct LightSample {
     /// of having chosen this light). For a light that no ray can hit: what arrives on a surface that faces it,
     /// divided by that probability.
     pub le_over_pdf: Rgb,
-    /// Natural logarithm of that density over solid angle; infinite for a light that no ray can hit.
-    pub ln_pdf: f32,
+    /// That density over solid angle, in 1/sr; infinite for a light that no ray can hit.
+    pub pdf: f32,
     /// Whether things in between cast a shadow.
     pub shadow: bool,
 }
@@ -128,17 +128,22 @@ impl Light {
         }
     }
 
-    /// Logarithm of the density of [`sample`](Self::sample) at a point of this light; `-inf` for a light that no
-    /// ray can hit.
+    /// The density of [`sample`](Self::sample) at a point of this light; 0 for a light that no ray can hit.
     #[inline]
-    fn ln_pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
+    fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         match self {
-            Self::Point(_) | Self::Directional(_) => f32::NEG_INFINITY,
-            Self::Rectangle(light) => light.ln_pdf(to, hit),
-            Self::Sphere(light) => light.ln_pdf(to),
-            Self::Mesh(light) => light.ln_pdf(hit),
+            Self::Point(_) | Self::Directional(_) => 0.0,
+            Self::Rectangle(light) => light.pdf(to, hit),
+            Self::Sphere(light) => light.pdf(to),
+            Self::Mesh(light) => light.pdf(hit),
         }
     }
+}
+
+/// The density in 1/sr that is uniform over a solid angle: finite for the least one too.
+#[inline(always)]
+fn density(solid_angle: f64) -> f32 {
+    (solid_angle as f32).recip().min(f32::MAX)
 }
 
 /// The fraction of the way to a light that its shadow rays leave out.
@@ -147,7 +152,7 @@ const SHADOW_GAP: f32 = 1e-4;
 /// Where a shadow ray from `p` ends that goes to a surface at distance `t`: short of it by a fraction of the way and
 /// by what rounding moves points of this size, so that it never meets the light itself, at any scale. Blockers
 /// nearer to the light than that cast no shadow.
-#[inline]
+#[inline(always)]
 fn shadow_end(p: Vec3, t: f32) -> f32 {
     (t * (1.0 - SHADOW_GAP) - 8.0 * f32::EPSILON * p.abs().max_element()).max(0.0)
 }

@@ -32,7 +32,7 @@ impl PointLight {
             wi: (way / distance).as_vec3(),
             t_max: shadow_end(p, distance as f32),
             le_over_pdf: self.intensity * weaken,
-            ln_pdf: f32::INFINITY,
+            pdf: f32::INFINITY,
             shadow: self.shadow,
         })
     }
@@ -57,7 +57,7 @@ impl DirectionalLight {
             wi: self.wi,
             t_max: f32::INFINITY,
             le_over_pdf: self.irradiance,
-            ln_pdf: f32::INFINITY,
+            pdf: f32::INFINITY,
             shadow: self.shadow,
         }
     }

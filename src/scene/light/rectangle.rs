@@ -1,8 +1,9 @@
 //! Flat rectangular (or parallelogram-shaped) emitters.
 
 use super::spherical_rectangle::SphericalRectangle;
-use super::{EmitterHit, LightSample, Receiver, shadow_end};
+use super::{EmitterHit, LightSample, Receiver, density, shadow_end};
 use crate::core::Rgb;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::{DVec3, Vec3};
 
 /// A rectangle that emits the same radiance everywhere.
@@ -19,10 +20,38 @@ pub struct RectangleLight {
     /// Unit normal of the front.
     normal: DVec3,
     area: f64,
-    /// Whether the edges are at right angles.
-    right: bool,
+    middle: DVec3,
+    /// The squared distance from the middle from which on points are uniform over the area.
+    far_squared: f64,
     radiance: Rgb,
     both_sides: bool,
+}
+
+/// Samples of a rectangle for eight receivers.
+#[derive(Default)]
+pub struct EightSamples {
+    wi: Vectors,
+    t_max: Floats,
+    /// Zero where nothing arrives.
+    solid_angle: Floats,
+    pdf: Floats,
+    /// Whether the receiver is to take a point by area, as these are.
+    by_area: [bool; LANES],
+    radiance: Rgb,
+}
+
+impl EightSamples {
+    /// The sample in a lane, of which nothing may arrive; `None` where another is to be taken.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Option<LightSample> {
+        self.by_area[lane].then(|| LightSample {
+            wi: self.wi.get(lane),
+            t_max: self.t_max[lane],
+            le_over_pdf: self.radiance * self.solid_angle[lane],
+            pdf: self.pdf[lane],
+            shadow: true,
+        })
+    }
 }
 
 /// Beyond this many half diagonals from its centre a rectangle is sampled by area. Weights then vary there by 7 %
@@ -49,7 +78,13 @@ impl RectangleLight {
             axes,
             normal: cross.normalize_or_zero(),
             area: cross.length(),
-            right: axes[0].dot(axes[1]).abs() < 1e-5,
+            middle: corner.as_dvec3() + 0.5 * (edges[0] + edges[1]),
+            // From no distance at all unless the edges are at right angles.
+            far_squared: if axes[0].dot(axes[1]).abs() < 1e-5 {
+                FAR * FAR * 0.25 * (edges[0] + edges[1]).length_squared()
+            } else {
+                0.0
+            },
             radiance,
             both_sides,
         }
@@ -91,18 +126,19 @@ impl RectangleLight {
     /// What the rectangle looks like from `p` at `height`; `None` if it is to be sampled by area.
     #[inline]
     fn near(&self, p: DVec3, height: f64) -> Option<SphericalRectangle> {
+        if (self.middle - p).length_squared() < self.far_squared { self.seen_from(p, height) } else { None }
+    }
+
+    /// What it looks like; `None` if it is seen edge-on.
+    #[inline(never)]
+    fn seen_from(&self, p: DVec3, height: f64) -> Option<SphericalRectangle> {
         let [u, v] = self.edges;
-        let middle = self.corner + 0.5 * (u + v) - p;
-        let half_diagonal_squared = 0.25 * (u + v).length_squared();
-        if !self.right || middle.length_squared() > FAR * FAR * half_diagonal_squared {
-            return None;
-        }
         let from = self.corner - p;
         let [x, y] = [from.dot(self.axes[0]), from.dot(self.axes[1])];
         let seen = SphericalRectangle::new(
             [x, x + u.dot(self.axes[0])],
             [y, y + v.dot(self.axes[1])],
-            -height.abs().max(LEAST_HEIGHT * half_diagonal_squared.sqrt()),
+            -height.abs().max(LEAST_HEIGHT / FAR * self.far_squared.sqrt()),
         );
         (seen.solid_angle() > LEAST_SOLID_ANGLE).then_some(seen)
     }
@@ -112,38 +148,64 @@ impl RectangleLight {
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let p = to.p.as_dvec3();
         let height = self.height(p)?;
-        let (way, distance, solid_angle) = match self.near(p, height) {
+        let (wi, distance, solid_angle) = match self.near(p, height) {
             Some(seen) => {
                 let q = seen.sample(u);
                 let way = self.axes[0] * q.x + self.axes[1] * q.y + self.normal * q.z.copysign(-height);
-                (way, way.length(), seen.solid_angle())
+                let distance = way.length();
+                ((way / distance).as_vec3(), distance, seen.solid_angle())
             }
-            None => {
-                let way = self.corner + self.edges[0] * u[0] + self.edges[1] * u[1] - p;
-                let squared = way.length_squared();
-                let distance = squared.sqrt();
-                (way, distance, self.area * height.abs() / (squared * distance))
-            }
+            None => self.point(p, height, u),
         };
         Some(LightSample {
-            wi: (way * distance.recip()).as_vec3(),
+            wi,
             t_max: shadow_end(to.p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -(solid_angle as f32).ln(),
+            pdf: density(solid_angle),
             shadow: true,
         })
     }
 
-    /// Logarithm of the density of [`sample`](Self::sample) at a point that a ray has found.
+    /// A point, uniform by area, from `p` at `height`: the direction, the distance, and the solid angle that all of the
+    /// area would have as it is seen there.
+    #[inline(always)]
+    fn point(&self, p: DVec3, height: f64, u: [f64; 2]) -> (Vec3, f64, f64) {
+        let way = self.corner + self.edges[0] * u[0] + self.edges[1] * u[1] - p;
+        let distance = way.length();
+        let inverse = distance.recip();
+        let solid_angle = self.area * height.abs() * (inverse * inverse * inverse);
+        ((way * inverse).as_vec3(), distance, solid_angle)
+    }
+
+    /// [`sample`](Self::sample) for eight receivers, of those that see the rectangle from afar.
+    #[inline(always)]
+    pub(super) fn sample_eight(&self, receivers: &Vectors, u: &[[f32; 2]; LANES]) -> EightSamples {
+        let mut samples = EightSamples { radiance: self.radiance, ..Default::default() };
+        for i in 0..LANES {
+            let receiver = receivers.get(i);
+            let p = receiver.as_dvec3();
+            let height = (p - self.corner).dot(self.normal);
+            let (wi, distance, solid_angle) = self.point(p, height, [f64::from(u[i][0]), f64::from(u[i][1])]);
+            samples.wi.set(i, wi);
+            samples.t_max[i] = shadow_end(receiver, distance as f32);
+            let emits = (height > 0.0) | (self.both_sides & (height < 0.0));
+            samples.solid_angle[i] = if emits { solid_angle as f32 } else { 0.0 };
+            samples.pdf[i] = density(solid_angle);
+            samples.by_area[i] = (self.middle - p).length_squared() >= self.far_squared;
+        }
+        samples
+    }
+
+    /// The density of [`sample`](Self::sample) at a point that a ray has found.
     #[inline]
-    pub(super) fn ln_pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         let p = to.p.as_dvec3();
-        let Some(height) = self.height(p) else { return f32::NEG_INFINITY };
+        let Some(height) = self.height(p) else { return 0.0 };
         match self.near(p, height) {
-            Some(seen) => -(seen.solid_angle() as f32).ln(),
+            Some(seen) => density(seen.solid_angle()),
             None => {
                 let t = f64::from(hit.t);
-                ((t * t * t / (self.area * height.abs())) as f32).ln()
+                density(self.area * height.abs() / (t * t * t))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Spherical emitters.
 
 use super::alias::narrow;
-use super::{LightSample, Receiver, shadow_end};
+use super::{LightSample, Receiver, density, shadow_end};
 use crate::core::{Frame, Rgb, warp};
 use crate::geometry::Sphere;
 use glam::DVec3;
@@ -67,18 +67,18 @@ impl SphereLight {
             wi,
             t_max: shadow_end(to.p, t as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
-            ln_pdf: -solid_angle.ln() as f32,
+            pdf: density(solid_angle),
             shadow: true,
         })
     }
 
-    /// Logarithm of the density of [`sample`](Self::sample) in every direction that meets the sphere.
+    /// The density of [`sample`](Self::sample) in every direction that meets the sphere.
     #[inline]
-    pub(super) fn ln_pdf(&self, to: &Receiver) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver) -> f32 {
         match self.view(self.sphere.center.as_dvec3() - to.p.as_dvec3()) {
-            None => f32::NEG_INFINITY,
-            Some(View::Inside) => -(2.0 * TAU).ln() as f32,
-            Some(View::Cone(whole)) => -(TAU * whole).ln() as f32,
+            None => 0.0,
+            Some(View::Inside) => density(2.0 * TAU),
+            Some(View::Cone(whole)) => density(TAU * whole),
         }
     }
 }

@@ -88,6 +88,15 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
+    /// The one light that is in the tree, if it is one.
+    #[inline(always)]
+    pub(super) fn only(&self) -> Option<u32> {
+        match *self.nodes {
+            [Node { link: Link::Light(light), .. }] => Some(light),
+            _ => None,
+        }
+    }
+
     /// About how much irradiance all its lights may give to the receiver.
     #[inline]
     pub(super) fn importance(&self, to: &Receiver) -> f32 {

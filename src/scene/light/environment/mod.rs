@@ -113,7 +113,7 @@ impl Environment {
             wi,
             t_max: f32::INFINITY,
             le_over_pdf: le / pdf,
-            ln_pdf: pdf.ln(),
+            pdf,
             shadow: true,
         })
     }
