@@ -233,3 +233,7 @@ fn side(n: Vec3) -> usize {
     let axis = n.abs().max_position();
     2 * axis + usize::from(n[axis] < 0.0)
 }
+
+#[cfg(test)]
+#[path = "map_tests.rs"]
+mod tests;

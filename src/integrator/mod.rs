@@ -3,7 +3,7 @@
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
 //! accelerator as one slice, each hit is shaded, shadow rays go as a second slice, and the rays that leave make the
 //! next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one hit), `bounce` (which rays
-//! leave it), `direct` (light straight from lights) and `occlusion` (reflections of the environment without rays). Knows nothing of threads, files or progress.
+//! leave it), `direct` (light straight from lights), `guided` (rays towards caustics) and `occlusion` (reflections of the environment without rays). Knows nothing of threads, files or progress.
 
 mod bounce;
 mod direct;

@@ -102,6 +102,11 @@ impl Plan {
             "the environment's table (no environment of varying radiance is sampled)",
         );
         say(
+            self.guides,
+            "photons say where caustics come from",
+            "photons (no caustic can fall on a diffuse surface, or none is wanted)",
+        );
+        say(
             self.needs_skip,
             "rays skip the surface that they leave",
             "the skip rule (no ray leaves a surface, or the offset alone is asked for)",

@@ -1,0 +1,49 @@
+use super::*;
+
+/// Photons on a floor, evenly over the unit square, all from one direction.
+fn floor(count: usize, power: f32, other: f32) -> Vec<Photon> {
+    let photon = |i: usize| {
+        let x = (i as f64 * 0.754_877_666_246_692_8).fract() as f32;
+        let z = (i as f64 * 0.569_840_290_998_053_3).fract() as f32;
+        let wi = Vec3::new(0.6, 0.8, 0.0);
+        Photon { p: Vec3::new(x, 0.0, z), n: Vec3::Y, wi, power, other: Some(other) }
+    };
+    (0..count).map(photon).collect()
+}
+
+#[test]
+fn the_share_of_guided_rays_goes_by_irradiance() {
+    // An irradiance of 3 by caustics, of pi / 2 by all else.
+    let map = CausticMap::new(floor(4096, 3.0 / 4096.0, 0.5));
+    let share = SPREAD * 3.0 / (SPREAD * 3.0 + 0.5 * PI);
+    let mean = map.cells.iter().map(|cell| cell.share).sum::<f32>() / map.cells.len() as f32;
+    assert!(map.cells.len() >= 64, "{} cells", map.cells.len());
+    assert!((mean - share).abs() < 0.05, "{mean} instead of {share}");
+}
+
+#[test]
+fn a_point_finds_the_cell_that_its_photons_are_in() {
+    let photons = floor(4096, 1.0, 0.1);
+    let map = CausticMap::new(photons.clone());
+    for photon in &photons {
+        let cell = map.find(photon.p, photon.n).expect("there are photons here");
+        let Aabb { min, max } = map.cell(cell).bounds;
+        assert!(photon.p.cmpge(min).all() && photon.p.cmple(max).all());
+        assert!(map.cell(cell).directions.pdf(photon.wi) > 10.0);
+    }
+    // From below, beside it, and above it there is no caustic.
+    assert_eq!(map.find(Vec3::new(0.5, 0.0, 0.5), -Vec3::Y), None);
+    assert_eq!(map.find(Vec3::new(-1.0, 0.0, 0.5), Vec3::Y), None);
+    assert_eq!(map.find(Vec3::new(0.5, 0.5, 0.5), Vec3::Y), None);
+}
+
+#[test]
+fn photons_that_tell_nothing_make_no_cell() {
+    assert!(CausticMap::new(vec![]).is_empty());
+    // A single point has no area, and faint caustics are not worth a ray.
+    assert!(CausticMap::new(vec![floor(1, 1.0, 0.1)[0]; 100]).is_empty());
+    assert!(CausticMap::new(floor(1000, 1e-9, 1.0)).is_empty());
+    let unlooked = floor(1000, 1.0, 0.1).into_iter().map(|photon| Photon { other: None, ..photon });
+    assert!(CausticMap::new(unlooked.collect()).is_empty());
+    assert!(CausticMap::new(floor(1000, f32::NAN, 1.0)).is_empty());
+}
