@@ -53,11 +53,12 @@ impl Cell {
         let mean_square = looked().map(|other| other * other).sum::<f32>() / looked().count() as f32;
         let other = PI * mean_square.sqrt();
         let caustic = SPREAD * caustic;
-        let share = (caustic / (caustic + other)).min(GREATEST_SHARE);
+        let share = caustic / (caustic + other);
         // Nor where there is no telling.
         if share.is_nan() || share < LEAST_SHARE {
             return None;
         }
+        let share = share.min(GREATEST_SHARE);
         let directions = Directions::new(photons.iter().map(|photon| (photon.wi, photon.power)))?;
         let margin = 0.1 * bounds.size().max_element();
         let bounds = bounds.grow(bounds.min - margin).grow(bounds.max + margin);
