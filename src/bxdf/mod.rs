@@ -179,6 +179,17 @@ impl Bxdf {
         }
     }
 
+    /// Whether the lobe is a delta lobe or at most as wide as GGX of roughness `alpha`, which a cosine power is from the
+    /// exponent `2 / alpha^2 - 2` up (Walter et al. 2007). A plastic, most of which may be its base, never is.
+    pub fn is_sharp(&self, alpha: f32) -> bool {
+        match self {
+            Self::Mirror(_) | Self::Dielectric(_) => true,
+            Self::Conductor(lobe) => lobe.alpha <= alpha,
+            Self::CosinePower(lobe) => lobe.exponent >= 2.0 / (alpha * alpha) - 2.0,
+            Self::Diffuse(_) | Self::Plastic(_) => false,
+        }
+    }
+
     /// The fraction of light from everywhere that goes to `wo`, or a good estimate: how often the lobe is chosen.
     #[inline]
     pub fn albedo(&self, at: &Incidence) -> Rgb {

@@ -2,7 +2,7 @@
 
 use crate::bxdf::Bxdf;
 use crate::core::{Hit, Ray, warp};
-use crate::geometry::Shape;
+use crate::geometry::{Shape, TriangleMesh};
 use crate::scene::{Scene, SurfaceInteraction};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -15,12 +15,13 @@ const WIDEST_ALPHA: f32 = 0.25;
 
 /// Whether what a lobe reflects of a small light is a caustic that rays drawn from a diffuse lobe hardly find.
 pub fn focuses(bxdf: &Bxdf) -> bool {
-    match bxdf {
-        Bxdf::Mirror(_) | Bxdf::Dielectric(_) => true,
-        Bxdf::Conductor(lobe) => lobe.alpha <= WIDEST_ALPHA,
-        Bxdf::CosinePower(lobe) => lobe.exponent >= 2.0 / (WIDEST_ALPHA * WIDEST_ALPHA) - 2.0,
-        Bxdf::Diffuse(_) | Bxdf::Plastic(_) => false,
-    }
+    bxdf.is_sharp(WIDEST_ALPHA)
+}
+
+/// Normal of a triangle, as long as twice its area.
+fn cross(mesh: &TriangleMesh, prim_id: u32) -> Vec3 {
+    let [a, b, c] = mesh.triangle(prim_id);
+    (b - a).cross(c - a)
 }
 
 /// Primitives of the surfaces that focus light, by the running sum of their areas.
@@ -47,10 +48,7 @@ impl Reflectors {
         let stride = shape.primitive_count().div_ceil(MOST_TRIANGLES).max(1);
         for prim_id in (0..shape.primitive_count() as u32).step_by(stride) {
             let area = match shape {
-                Shape::Mesh(mesh) => {
-                    let [a, b, c] = mesh.triangle(prim_id);
-                    0.5 * (b - a).cross(c - a).length()
-                }
+                Shape::Mesh(mesh) => 0.5 * cross(mesh, prim_id).length(),
                 Shape::Spheres(spheres) => 4.0 * PI * spheres[prim_id as usize].radius.powi(2),
             };
             self.primitives.push((geom_id, prim_id));
@@ -70,11 +68,11 @@ impl Reflectors {
         let turned = |n: Vec3| if outside { -n } else { n };
         match &scene.shapes[geom_id as usize] {
             Shape::Mesh(mesh) => {
-                let [a, b, c] = mesh.triangle(prim_id);
-                let normal = (b - a).cross(c - a).normalize_or(Vec3::Z);
+                let normal = cross(mesh, prim_id).normalize_or(Vec3::Z);
                 let [u, v] = warp::uniform_triangle(v);
                 let hit = Hit { t: 1.0, u, v, geom_id, prim_id };
-                scene.interaction(&Ray::new(a, turned(normal)), &hit)
+                // Of a triangle's point only the ray's direction counts.
+                scene.interaction(&Ray::new(Vec3::ZERO, turned(normal)), &hit)
             }
             Shape::Spheres(spheres) => {
                 let sphere = spheres[prim_id as usize];

@@ -7,24 +7,13 @@
 use super::bounce::Leaving;
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf};
+use crate::bxdf::Bsdf;
 use crate::core::Rgb;
 use crate::film::Guide;
 use crate::scene::SurfaceInteraction;
 
-/// Roughness up to which a lobe counts as sharp: its reflections are blurred by about 3 degrees.
-pub(super) const SHARP_ALPHA: f32 = 0.05;
-
-/// Whether things can be made out in what the lobe reflects: a delta lobe, GGX up to [`SHARP_ALPHA`], a cosine power
-/// from the exponent `2 / alpha^2 - 2 = 798` up, whose lobe is as wide (Walter et al. 2007).
-fn is_sharp(bxdf: &Bxdf) -> bool {
-    match bxdf {
-        Bxdf::Mirror(_) | Bxdf::Dielectric(_) => true,
-        Bxdf::Conductor(lobe) => lobe.alpha <= SHARP_ALPHA,
-        Bxdf::CosinePower(lobe) => lobe.exponent >= 2.0 / (SHARP_ALPHA * SHARP_ALPHA) - 2.0,
-        Bxdf::Diffuse(_) | Bxdf::Plastic(_) => false,
-    }
-}
+/// Roughness up to which things can be made out in what a lobe reflects: they are blurred by about 3 degrees.
+const SHARP_ALPHA: f32 = 0.05;
 
 /// What is known so far of what a camera sample shows.
 #[derive(Clone, Copy)]
@@ -56,7 +45,7 @@ impl Integrator<'_> {
         let [mut sharp, mut other] = [Rgb::BLACK; 2];
         let (mut followed, mut other_rate) = (None, 0.0);
         for (number, lobe) in bsdf.lobes().iter().enumerate() {
-            if is_sharp(lobe) {
+            if lobe.is_sharp(SHARP_ALPHA) {
                 sharp += lobe.albedo(&point.at);
                 followed = followed.or((leaving.count[number] > 0).then_some(number));
             } else {
