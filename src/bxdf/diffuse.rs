@@ -11,6 +11,27 @@ pub struct Diffuse {
     pub reflectance: Rgb,
 }
 
+/// A direction drawn at a point of a surface, for any diffuse lobe: it depends on the normals alone.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DiffuseDirection {
+    /// Unit length.
+    pub wi: Vec3,
+    /// Density over solid angle, in 1/sr; zero for a direction into the surface.
+    pub pdf: f32,
+}
+
+impl DiffuseDirection {
+    /// About the shading normal `n` of a surface with geometric normal `ng`. `u` is in `[0, 1)`. Has no branch, so that
+    /// several are drawn side by side.
+    #[inline(always)]
+    pub fn draw(n: Vec3, ng: Vec3, u: [f32; 2]) -> Self {
+        let local = warp::cosine_hemisphere(u);
+        let wi = renormalized(Frame::new(n).to_world(local));
+        let leaves = (local.z > 0.0) & (ng.dot(wi) > 0.0);
+        Self { wi, pdf: if leaves { warp::cosine_hemisphere_pdf(local.z) } else { 0.0 } }
+    }
+}
+
 impl Diffuse {
     /// The value is the reflectance times the density.
     #[inline(always)]
@@ -21,13 +42,14 @@ impl Diffuse {
 
     #[inline(always)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
-        let local = warp::cosine_hemisphere(u);
-        let wi = renormalized(Frame::new(at.n).to_world(local));
-        (local.z > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
-            wi,
-            weight: self.reflectance,
-            pdf: warp::cosine_hemisphere_pdf(local.z),
-        })
+        self.sample_along(&DiffuseDirection::draw(at.n, at.ng, u))
+    }
+
+    /// The sample in a direction that was drawn at this point.
+    #[inline(always)]
+    pub fn sample_along(&self, drawn: &DiffuseDirection) -> Option<LobeSample> {
+        let DiffuseDirection { wi, pdf } = *drawn;
+        (pdf > 0.0).then_some(LobeSample { wi, weight: self.reflectance, pdf })
     }
 
     #[inline]

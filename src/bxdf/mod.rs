@@ -17,7 +17,7 @@ pub mod plastic;
 pub use conductor::{ComplexIor, Conductor};
 pub use cosine_power::{CosinePower, Horizon, PreparedCosinePower};
 pub use dielectric::Dielectric;
-pub use diffuse::Diffuse;
+pub use diffuse::{Diffuse, DiffuseDirection};
 pub use mirror::Mirror;
 pub use plastic::{Coat, Plastic};
 

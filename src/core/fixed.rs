@@ -18,7 +18,14 @@ impl<const FRACTION: i32> Fixed<FRACTION> {
     #[inline]
     pub fn new(x: f64) -> Self {
         // A power of two scales without rounding, and `as` cuts towards zero and stays within the range.
-        Self((x * f64::from_bits(((1023 + FRACTION) as u64) << 52)) as i128)
+        let scaled = x * f64::from_bits(((1023 + FRACTION) as u64) << 52);
+        let exponent = (scaled.to_bits() >> 52) as i32 - 1075;
+        // Whole numbers from 2^52 to 2^116 are the mantissa, shifted: what `as` calls a function for.
+        if (0..64).contains(&exponent) {
+            let mantissa = scaled.to_bits() & ((1 << 52) - 1) | 1 << 52;
+            return Self(i128::from(mantissa) << exponent);
+        }
+        Self(scaled as i128)
     }
 
     /// The multiple of `2^-FRACTION` next to a finite `x` towards zero: the same as [`new`](Self::new), faster.
@@ -75,56 +82,64 @@ impl<const FRACTION: i32> std::ops::AddAssign for Fixed<FRACTION> {
     }
 }
 
-/// A [`Fixed`] sum that gathers terms of ordinary size in 64 bits first, where they add up in a fraction of the time.
-///
-/// The sum is the same, bit for bit: an ordinary term is a multiple of `2^-43`, which is all that the 64 bits hold.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Gathered<const FRACTION: i32> {
-    /// In units of `2^-43`.
-    ordinary: u64,
-    sum: Fixed<FRACTION>,
-}
-
 /// Bits behind the point of the ordinary terms.
 const ORDINARY: i32 = 43;
 /// The least ordinary number but zero, `2^-20`, and the first beyond all, `2^11`, by their bits.
 const ORDINARY_BITS: std::ops::Range<u32> = 0x3580_0000..0x4500_0000;
 
-impl<const FRACTION: i32> Gathered<FRACTION> {
+/// A sum of terms of ordinary size in 64 bits, where they add up in a fraction of the time that a [`Fixed`] takes.
+///
+/// It is exact: an ordinary term is a multiple of `2^-43`, which is the unit of the sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ordinary(u64);
+
+impl Ordinary {
     /// Whether a term is of ordinary size: zero or in `[2^-20, 2^11)`.
     #[inline(always)]
-    pub fn is_ordinary(x: f32) -> bool {
+    pub fn holds(x: f32) -> bool {
         let bits = x.to_bits();
         ORDINARY_BITS.contains(&bits) || bits == 0
     }
 
-    /// Adds a finite number, cut to a multiple of `2^-FRACTION`, where `FRACTION` is at least 43.
-    ///
-    /// `|x|` stays below `2^(127 - FRACTION)`.
+    /// Adds a term that it [`holds`](Self::holds) to a sum that is not [full](Self::is_full).
     #[inline(always)]
     pub fn add(&mut self, x: f32) {
-        if !Self::is_ordinary(x) {
-            self.sum += Fixed::from_finite(x);
-            return;
-        }
-        self.ordinary += if x == 0.0 {
-            0
-        } else {
-            let bits = x.to_bits();
-            u64::from(bits & 0x007f_ffff | 0x0080_0000) << ((bits >> 23) as i32 - 150 + ORDINARY)
-        };
-        // A term is less than 2^54: there is room for one more whatever it is.
-        if self.ordinary >= 1 << 63 {
-            *self = Self { ordinary: 0, sum: self.sum() };
-        }
+        let bits = x.to_bits();
+        let mantissa = u64::from(bits & 0x007f_ffff | 0x0080_0000);
+        self.0 += if bits == 0 { 0 } else { mantissa << ((bits >> 23) as i32 - 150 + ORDINARY) };
     }
 
+    /// Whether it is to be emptied before the next term, which may be as large as `2^54` units.
+    #[inline(always)]
+    pub fn is_full(self) -> bool {
+        self.0 >= 1 << 63
+    }
+}
+
+impl<const FRACTION: i32> From<Ordinary> for Fixed<FRACTION> {
+    /// The same sum, where `FRACTION` is at least 43.
+    #[inline]
+    fn from(sum: Ordinary) -> Self {
+        Self(i128::from(sum.0) << (FRACTION - ORDINARY))
+    }
+}
+
+/// A sum in two parts: that of its ordinary terms, and that of the others, which is nearly always zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gathered<const FRACTION: i32> {
+    /// Of ordinary terms.
+    pub ordinary: Ordinary,
+    /// Of all others.
+    pub rest: Fixed<FRACTION>,
+}
+
+impl<const FRACTION: i32> Gathered<FRACTION> {
     /// The sum.
     #[inline]
     pub fn sum(self) -> Fixed<FRACTION> {
-        let mut sum = Fixed(i128::from(self.ordinary) << (FRACTION - ORDINARY));
-        if self.sum != Fixed::ZERO {
-            sum += self.sum;
+        let mut sum = self.ordinary.into();
+        if self.rest != Fixed::ZERO {
+            sum += self.rest;
         }
         sum
     }
@@ -132,19 +147,18 @@ impl<const FRACTION: i32> Gathered<FRACTION> {
     /// The sum as [`Fixed::to_f64`] has it.
     #[inline]
     pub fn to_f64(self) -> f64 {
-        if self.sum != Fixed::ZERO {
+        if self.rest != Fixed::ZERO || self.ordinary.is_full() {
             return self.sum().to_f64();
         }
         // Below 2^63, so that the signed conversion, which is faster, is the same.
-        self.ordinary as i64 as f64 * (1.0 / (1u64 << ORDINARY) as f64)
+        self.ordinary.0 as i64 as f64 * (1.0 / (1u64 << ORDINARY) as f64)
     }
 }
 
 impl<const FRACTION: i32> From<f32> for Gathered<FRACTION> {
+    /// A finite number, cut to a multiple of `2^-FRACTION`; `|x|` stays below `2^(127 - FRACTION)`.
     fn from(x: f32) -> Self {
-        let mut gathered = Self::default();
-        gathered.add(x);
-        gathered
+        Self { rest: Fixed::from_finite(x), ..Self::default() }
     }
 }
 
@@ -157,13 +171,22 @@ mod tests {
         let edges = [0.0, -0.0, 2f32.powi(-20), 2048.0, -1.5, 1e-30, 3e9, f32::MIN_POSITIVE / 8.0];
         let below = [2f32.powi(-20), 2048.0].map(f32::next_down);
         let many = (0..3000).map(|i| (i as f32 * 0.37).sin().exp2() * 2047.0 / (1 + i % 7) as f32);
-        let (mut gathered, mut sum) = (Gathered::<72>::default(), Fixed::<72>::ZERO);
+        let (mut gathered, mut sum, mut emptied) = (Gathered::<72>::default(), Fixed::<72>::ZERO, 0);
         for x in edges.into_iter().chain(below).chain(many) {
-            gathered.add(x);
+            if gathered.ordinary.is_full() {
+                gathered = Gathered { rest: gathered.sum(), ..Gathered::default() };
+                emptied += 1;
+            }
+            if Ordinary::holds(x) {
+                gathered.ordinary.add(x);
+            } else {
+                gathered.rest += Fixed::from_finite(x);
+            }
             sum += Fixed::from_finite(x);
             assert_eq!((gathered.sum(), gathered.to_f64()), (sum, sum.to_f64()), "{x}");
         }
-        assert_ne!(gathered.sum, Fixed::ZERO, "so many are too much for 64 bits");
+        assert!(emptied > 0, "so many are too much for 64 bits");
+        assert_eq!(Gathered::<72>::from(0.1).sum(), Fixed::from_finite(0.1));
     }
 
     #[test]
@@ -199,6 +222,18 @@ mod tests {
         }
         for x in [0.0, -0.0, f32::MIN_POSITIVE, f32::MIN_POSITIVE / 8.0, 1e-30] {
             assert_eq!(Fixed::<72>::from_finite(x), Fixed::new(f64::from(x)), "{x}");
+        }
+    }
+
+    #[test]
+    fn a_number_is_cut_as_a_conversion_cuts_it() {
+        for exponent in -60..64 {
+            for mantissa in [1.0f64, 1.0 + f64::EPSILON, 1.3, 2.0 - f64::EPSILON] {
+                let x = mantissa * 2f64.powi(exponent);
+                for x in [x, -x] {
+                    assert_eq!(Fixed::<64>::new(x).0, (x * 2f64.powi(64)) as i128, "{x}");
+                }
+            }
         }
     }
 

@@ -6,6 +6,7 @@ mod blue_noise;
 mod fixed;
 mod frame;
 pub mod lanes;
+mod prefetch;
 mod ray;
 mod rgb;
 pub mod sampler;
@@ -13,8 +14,9 @@ pub mod special;
 pub mod warp;
 mod wide;
 
-pub use fixed::{Fixed, Gathered};
+pub use fixed::{Fixed, Gathered, Ordinary};
 pub use frame::Frame;
+pub use prefetch::prefetch;
 pub use ray::{Hit, Ray, Skip};
 pub use rgb::Rgb;
 pub use sampler::{Sampler, SamplerKind};

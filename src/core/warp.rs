@@ -32,14 +32,12 @@ pub fn unit_vector(turns: f32) -> Vec2 {
 #[inline(always)]
 pub fn concentric_disk(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if x == 0.0 && y == 0.0 {
-        return Vec2::ZERO;
-    }
-    if x.abs() > y.abs() {
-        x * unit_vector_near_x(FRAC_PI_4 * (y / x))
-    } else {
-        y * unit_vector_near_x(FRAC_PI_4 * (x / y)).yx()
-    }
+    // Choices and no branches: which it is can be told of no point before.
+    let about_x = x.abs() > y.abs();
+    let (far, near) = if about_x { (x, y) } else { (y, x) };
+    let middle = far == 0.0;
+    let v = far * unit_vector_near_x(FRAC_PI_4 * (near / if middle { 1.0 } else { far }));
+    if about_x { v } else { v.yx() }
 }
 
 /// A direction of the hemisphere about +z with density `cos / pi`.

@@ -38,6 +38,12 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
+    /// Whether a point is in it.
+    #[inline(always)]
+    pub fn contains(self, p: Vec3) -> bool {
+        self.min.cmple(p).all() && p.cmple(self.max).all()
+    }
+
     /// Half of the surface area: what the surface area heuristic compares. Zero for an empty box.
     #[inline]
     pub fn half_area(self) -> f32 {

@@ -1,6 +1,7 @@
 //! Indexed triangle meshes in the layout that an accelerator reads in place.
 
 use super::Aabb;
+use crate::core::prefetch;
 use glam::{Vec2, Vec3};
 
 /// Why numbers do not make a mesh.
@@ -121,6 +122,23 @@ impl TriangleMesh {
     #[inline]
     pub fn triangle(&self, prim_id: u32) -> [Vec3; 3] {
         self.indices[prim_id as usize].map(|v| self.padded_positions[v as usize])
+    }
+
+    /// Asks for the numbers of a triangle's corners, to be at hand soon.
+    #[inline(always)]
+    pub fn prefetch_indices(&self, prim_id: u32) {
+        prefetch(&self.indices[prim_id as usize]);
+    }
+
+    /// Asks for a triangle's corners, and for their normals where it has any: their numbers should be at hand.
+    #[inline(always)]
+    pub fn prefetch_corners(&self, prim_id: u32) {
+        for v in self.indices[prim_id as usize] {
+            prefetch(&self.padded_positions[v as usize]);
+            if let Some(normal) = self.normals.get(v as usize) {
+                prefetch(normal);
+            }
+        }
     }
 
     /// The area of a triangle; from a cross product in f64, where thin triangles do not cancel.

@@ -21,6 +21,8 @@ pub use mesh::{MeshError, TriangleMesh};
 pub use source::{Dropped, MeshSource};
 pub use sphere::Sphere;
 
+use crate::core::Hit;
+use crate::core::lanes::LANES;
 use std::sync::Arc;
 
 /// One geometry: what a `geom_id` names.
@@ -66,5 +68,41 @@ impl Shape {
             Self::Mesh(mesh) => mesh.memory_bytes(),
             Self::Spheres(spheres) => size_of_val(&spheres[..]),
         }
+    }
+}
+
+/// Triangles of a mesh from which on it is worth while to ask for what a hit needs before it is needed: fewer stay in
+/// the cache.
+const WORTH_ASKING: usize = 1 << 13;
+
+/// Asks for the triangles of hits that come eight to sixteen hits later, and for what tells where those are that come
+/// after 24: to be called every eight hits with those that are next.
+#[inline(always)]
+pub fn prefetch_hits(shapes: &[Shape], next: &[Option<Hit>]) {
+    // Where the very next hit is on a small mesh, the others may be too.
+    match next.first() {
+        Some(Some(hit)) if large_mesh(shapes, hit).is_none() => return,
+        _ => {}
+    }
+    for i in LANES..2 * LANES {
+        if let Some(Some(soon)) = next.get(i)
+            && let Some(mesh) = large_mesh(shapes, soon)
+        {
+            mesh.prefetch_corners(soon.prim_id);
+        }
+        if let Some(Some(later)) = next.get(i + 2 * LANES)
+            && let Some(mesh) = large_mesh(shapes, later)
+        {
+            mesh.prefetch_indices(later.prim_id);
+        }
+    }
+}
+
+/// The mesh of a hit, if it is one that does not stay in the cache.
+#[inline(always)]
+fn large_mesh<'a>(shapes: &'a [Shape], hit: &Hit) -> Option<&'a TriangleMesh> {
+    match &shapes[hit.geom_id as usize] {
+        Shape::Mesh(mesh) if mesh.triangle_count() >= WORTH_ASKING => Some(mesh),
+        _ => None,
     }
 }

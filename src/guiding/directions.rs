@@ -64,10 +64,14 @@ impl Directions {
     }
 
     /// Draws a unit vector; `u` is in `[0, 1)`.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: [f32; 2]) -> Vec3 {
         let x = u[0] * f32::from(TOTAL);
-        let last_up_to = |sums: &[u16]| sums.partition_point(|&sum| f32::from(sum) <= x).max(1) - 1;
+        // To count them all takes a few wide instructions, which do not wait for each other as the steps of a search do.
+        let last_up_to = |sums: &[u16]| {
+            let count: u16 = sums.iter().map(|&sum| u16::from(sum <= x as u16)).sum();
+            usize::from(count.max(1) - 1)
+        };
         let first = COARSE * last_up_to(&self.coarse);
         let bin = first + last_up_to(&self.sums[first..first + COARSE]);
         let [low, high] = [self.sums[bin], self.sums[bin + 1]].map(f32::from);
@@ -81,7 +85,7 @@ impl Directions {
         /// Bins per unit of area of the square, whose edge is 2, by the total.
         const SCALE: f32 = BINS as f32 / 4.0 / TOTAL as f32;
         let length = wi.x.abs() + wi.y.abs() + wi.z.abs();
-        let bin = bin((0.5 * (square(wi) + Vec2::ONE) * EDGE as f32).floor());
+        let bin = bin(0.5 * (square(wi) + Vec2::ONE) * EDGE as f32);
         SCALE * f32::from(self.sums[bin + 1] - self.sums[bin]) / (length * length * length)
     }
 }
@@ -109,10 +113,10 @@ fn fold(p: Vec2) -> Vec2 {
     Vec2::new((1.0 - p.y.abs()).copysign(p.x), (1.0 - p.x.abs()).copysign(p.y))
 }
 
-/// The number of the bin whose least corner is `corner`, the nearest one for a corner beyond the square.
+/// The number of the bin with a point in it, in bins along each edge; the nearest one for a point beyond the square.
 #[inline]
-fn bin(corner: Vec2) -> usize {
-    let [x, y] = corner.to_array().map(|c| (c as i32).clamp(0, EDGE as i32 - 1) as usize);
+fn bin(p: Vec2) -> usize {
+    let [x, y] = p.to_array().map(|c| (c as i32).clamp(0, EDGE as i32 - 1) as usize);
     spread(x) | spread(y) << 1
 }
 

@@ -1,6 +1,8 @@
 //! Photons where they have landed, in cells: what a surface finds its guide by.
 
 use super::directions::Directions;
+use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::prefetch;
 use crate::geometry::Aabb;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -28,8 +30,6 @@ pub struct Cell {
     pub share: f32,
     /// Where caustics come from.
     pub directions: Directions,
-    /// Where it counts.
-    bounds: Aabb,
 }
 
 /// Photons of a leaf at most: as many as tell a direction from noise.
@@ -46,7 +46,6 @@ const SPREAD: f32 = 1.4;
 
 impl Cell {
     fn new(photons: &[Photon]) -> Option<Self> {
-        let bounds = Aabb::around(photons.iter().map(|photon| photon.p));
         let caustic = photons.iter().map(|photon| photon.power).sum::<f32>() / area(photons);
         // Variances go with mean squares: the best share is that of the roots.
         let looked = || photons.iter().filter_map(|photon| photon.other);
@@ -60,9 +59,7 @@ impl Cell {
         }
         let share = share.min(GREATEST_SHARE);
         let directions = Directions::new(photons.iter().map(|photon| (photon.wi, photon.power)))?;
-        let margin = 0.1 * bounds.size().max_element();
-        let bounds = bounds.grow(bounds.min - margin).grow(bounds.max + margin);
-        Some(Self { share, directions, bounds })
+        Some(Self { share, directions })
     }
 }
 
@@ -75,95 +72,89 @@ fn area(photons: &[Photon]) -> f32 {
 }
 
 /// A step on the way to a cell, packed: many rays ask for it.
+///
+/// Whoever has come to a leaf stays there: its own number stands for those below it, and `at` is above what there is
+/// in place of a coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// What is below this along the axis is told by the next node.
+    /// What is below this along the axis is told by the first of two nodes, the rest by the second.
     at: f32,
-    /// The axis and four times the node that tells of the rest; [`LEAF`](Self::LEAF) and four times the cell.
+    /// The axis, or [`LEAF`](Self::LEAF), and four times the first node.
     next: u32,
 }
 
 impl Node {
     /// In place of an axis.
     const LEAF: u32 = 3;
-    /// In place of a cell, where there is none.
-    const NO_CELL: u32 = u32::MAX >> 2;
 
-    fn split(at: f32, axis: usize, above: usize) -> Self {
-        Self { at, next: above as u32 * 4 + axis as u32 }
+    fn split(at: f32, axis: usize, first: usize) -> Self {
+        Self { at, next: first as u32 * 4 + axis as u32 }
     }
 
-    fn leaf(cell: Option<usize>) -> Self {
-        Self { at: 0.0, next: cell.map_or(Self::NO_CELL, |cell| cell as u32) * 4 + Self::LEAF }
-    }
-
-    /// The axis and the node above, if it splits.
-    #[inline]
-    fn axis_and_above(self) -> Option<(usize, u32)> {
-        (self.next % 4 != Self::LEAF).then_some(((self.next % 4) as usize, self.next / 4))
+    fn leaf(number: usize) -> Self {
+        Self { at: 1.0, next: number as u32 * 4 + Self::LEAF }
     }
 }
 
-/// Photons on surfaces that face along one axis.
-#[derive(Clone, Debug)]
-struct Tree {
-    nodes: Vec<Node>,
-    /// Around all photons.
-    bounds: Aabb,
-    /// Boxes of a regular grid for each unit of length.
-    per_length: Vec3,
-    /// For each box of the grid, the node that tells of all of it.
-    entries: Vec<u32>,
-}
-
-/// Boxes of a tree's grid along each axis.
-const GRID: usize = 16;
+/// Axes, each with two ways to face along it.
+const SIDES: usize = 6;
 
 /// All cells: six trees, for surfaces that face along each axis.
 #[derive(Clone, Debug, Default)]
 pub struct CausticMap {
     cells: Vec<Cell>,
-    trees: [Option<Tree>; 6],
+    /// Where each cell counts.
+    bounds: Vec<Aabb>,
+    /// Of all trees, each of which begins with the node of its side's number.
+    nodes: Vec<Node>,
+    /// The number of each leaf's cell, if it has one.
+    of_leaves: Vec<Option<u32>>,
 }
 
 impl CausticMap {
     /// The map of these photons, the same for the same photons in the same order.
     pub fn new(photons: Vec<Photon>) -> Self {
-        let mut facing: [Vec<Photon>; 6] = Default::default();
+        let mut facing: [Vec<Photon>; SIDES] = Default::default();
         for photon in photons {
             facing[side(photon.n)].push(photon);
         }
         let mut map = Self::default();
+        map.add_leaves(SIDES);
         for (side, photons) in facing.iter_mut().enumerate() {
-            if !photons.is_empty() {
-                let mut nodes = vec![];
-                map.grow(photons, &mut nodes);
-                map.trees[side] = Some(Tree::new(nodes, Aabb::around(photons.iter().map(|photon| photon.p))));
-            }
+            map.grow(side, photons);
         }
         map
     }
 
-    /// Adds the tree of some photons to `nodes`.
-    fn grow(&mut self, photons: &mut [Photon], nodes: &mut Vec<Node>) {
-        let size = Aabb::around(photons.iter().map(|photon| photon.p)).size();
+    /// Adds leaves without a cell. The number of the first.
+    fn add_leaves(&mut self, count: usize) -> usize {
+        let first = self.nodes.len();
+        self.nodes.extend((first..first + count).map(Node::leaf));
+        self.of_leaves.resize(first + count, None);
+        first
+    }
+
+    /// Makes the tree of some photons of a leaf.
+    fn grow(&mut self, node: usize, photons: &mut [Photon]) {
+        let bounds = Aabb::around(photons.iter().map(|photon| photon.p));
+        let size = bounds.size();
         if photons.len() <= MOST || size == Vec3::ZERO {
-            nodes.push(Node::leaf(Cell::new(photons).map(|cell| {
+            if let Some(cell) = Cell::new(photons) {
+                let margin = 0.1 * size.max_element();
+                self.of_leaves[node] = Some(self.cells.len() as u32);
+                self.bounds.push(bounds.grow(bounds.min - margin).grow(bounds.max + margin));
                 self.cells.push(cell);
-                self.cells.len() - 1
-            })));
+            }
             return;
         }
         let axis = size.max_position();
         let half = photons.len() / 2;
         photons.select_nth_unstable_by(half, |a, b| a.p[axis].total_cmp(&b.p[axis]));
-        let at = photons[half].p[axis];
+        let first = self.add_leaves(2);
+        self.nodes[node] = Node::split(photons[half].p[axis], axis, first);
         let (below, above) = photons.split_at_mut(half);
-        let node = nodes.len();
-        nodes.push(Node::leaf(None));
-        self.grow(below, nodes);
-        nodes[node] = Node::split(at, axis, nodes.len());
-        self.grow(above, nodes);
+        self.grow(first, below);
+        self.grow(first + 1, above);
     }
 
     /// Whether there is no caustic anywhere.
@@ -171,12 +162,39 @@ impl CausticMap {
         self.cells.is_empty()
     }
 
-    /// The number of the cell at a point of a surface with normal `n`.
-    #[inline]
-    pub fn find(&self, p: Vec3, n: Vec3) -> Option<u32> {
-        let cell = self.trees[side(n)].as_ref()?.find(p)?;
-        let Aabb { min, max } = self.cells[cell as usize].bounds;
-        (p.cmpge(min).all() && p.cmple(max).all()).then_some(cell)
+    /// The numbers of the cells at eight points of surfaces with normals, in a map that is not empty.
+    ///
+    /// All go down their trees together and without a branch, since nobody can tell before which way one goes.
+    #[inline(always)]
+    pub fn find(&self, points: &Vectors, normals: &Vectors) -> [Option<u32>; LANES] {
+        // By axis, and zeros for leaves.
+        let mut coordinates = [Floats::default(); 4];
+        let mut nodes = [0; LANES];
+        for lane in 0..LANES {
+            let Vec3 { x, y, z } = points.get(lane);
+            [coordinates[0][lane], coordinates[1][lane], coordinates[2][lane]] = [x, y, z];
+            nodes[lane] = side(normals.get(lane)) as u32;
+        }
+        let mut arrived = false;
+        while !arrived {
+            arrived = true;
+            for lane in 0..LANES {
+                let Node { at, next } = self.nodes[nodes[lane] as usize];
+                let axis = next % 4;
+                arrived &= axis == Node::LEAF;
+                nodes[lane] = next / 4 + u32::from(coordinates[axis as usize][lane] >= at);
+            }
+        }
+        let mut found = [None; LANES];
+        for lane in 0..LANES {
+            if let Some(cell) = self.of_leaves[nodes[lane] as usize]
+                && self.bounds[cell as usize].contains(points.get(lane))
+            {
+                prefetch(&self.cells[cell as usize]);
+                found[lane] = Some(cell);
+            }
+        }
+        found
     }
 
     /// The cell of a number that [`find`](Self::find) gave.
@@ -186,53 +204,14 @@ impl CausticMap {
     }
 }
 
-impl Tree {
-    fn new(nodes: Vec<Node>, bounds: Aabb) -> Self {
-        let per_length = GRID as f32 / bounds.size().max(Vec3::splat(f32::MIN_POSITIVE));
-        let mut tree = Self { nodes, bounds, per_length, entries: vec![] };
-        let mut entries = vec![0; GRID.pow(3)];
-        for (i, entry) in entries.iter_mut().enumerate() {
-            let corner = [i % GRID, i / GRID % GRID, i / GRID / GRID].map(|c| c as f32);
-            let min = bounds.min + Vec3::from(corner) / per_length;
-            *entry = tree.node_of(min, min + per_length.recip());
-        }
-        tree.entries = entries;
-        tree
-    }
-
-    /// The number of the cell at a point.
-    #[inline]
-    fn find(&self, p: Vec3) -> Option<u32> {
-        let place = (p - self.bounds.min) * self.per_length;
-        let [x, y, z] = place.to_array().map(|c| (c as i32).clamp(0, GRID as i32 - 1) as usize);
-        let mut node = self.entries[x + GRID * (y + GRID * z)];
-        while let Some((axis, above)) = self.nodes[node as usize].axis_and_above() {
-            node = if p[axis] < self.nodes[node as usize].at { node + 1 } else { above };
-        }
-        let cell = self.nodes[node as usize].next / 4;
-        (cell != Node::NO_CELL).then_some(cell)
-    }
-
-    /// The last node that tells of all of a box.
-    fn node_of(&self, min: Vec3, max: Vec3) -> u32 {
-        let mut node = 0;
-        while let Some((axis, above)) = self.nodes[node as usize].axis_and_above() {
-            let at = self.nodes[node as usize].at;
-            node = match (max[axis] < at, min[axis] > at) {
-                (true, _) => node + 1,
-                (_, true) => above,
-                _ => return node,
-            };
-        }
-        node
-    }
-}
-
 /// The axis along which a normal points most, and which way.
-#[inline]
+#[inline(always)]
 fn side(n: Vec3) -> usize {
-    let axis = n.abs().max_position();
-    2 * axis + usize::from(n[axis] < 0.0)
+    let Vec3 { x, y, z } = n.abs();
+    // Choices and no branches, as above.
+    let (axis, most, along) = if y > x { (2, y, n.y) } else { (0, x, n.x) };
+    let (axis, along) = if z > most { (4, n.z) } else { (axis, along) };
+    axis + usize::from(along < 0.0)
 }
 
 #[cfg(test)]

@@ -1,47 +1,14 @@
 //! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
 
+use super::eight::Lane;
 use super::guided;
 use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, Incidence, LobeKind};
+use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection, Incidence, LobeKind};
 use crate::core::lanes::LANES;
 use crate::core::{Rgb, Sampler};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
-
-/// The numbers that nearly every surface needs, drawn together.
-#[derive(Clone, Copy)]
-pub(super) struct Numbers {
-    /// The direction of the first lobe's ray, where it is one.
-    pub lobe: [f32; 2],
-    /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
-    pub choice: [f32; 2],
-    /// Which light, and the direction towards it.
-    pub light: [f32; 2],
-    /// Whether the path goes on, where the first lobe's ray is one.
-    pub survival: f32,
-}
-
-impl Numbers {
-    /// For the surfaces that eight paths have reached; `may_end` says whether one of them may end there by chance.
-    #[inline(always)]
-    pub(super) fn draw(samplers: [&Sampler; LANES], paths: [&Path; LANES], may_end: bool) -> [Self; LANES] {
-        let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
-        for (lane, path) in paths.into_iter().enumerate() {
-            (indices[lane], depths[lane]) = (path.index, path.depth);
-        }
-        let lobe = Dimension::Lobe(0).draw(samplers, indices, depths);
-        let choice = Dimension::Choice.draw(samplers, indices, depths);
-        let light = Dimension::LightDirection.draw(samplers, indices, depths);
-        let survival =
-            if may_end { Dimension::Survival.draw(samplers, indices, depths) } else { [[0.0; 2]; LANES] };
-        let mut numbers = [Self { lobe: [0.0; 2], choice: [0.0; 2], light: [0.0; 2], survival: 0.0 }; LANES];
-        for (i, numbers) in numbers.iter_mut().enumerate() {
-            *numbers = Self { lobe: lobe[i], choice: choice[i], light: light[i], survival: survival[i][0] };
-        }
-        numbers
-    }
-}
 
 /// Pairs of random numbers, by the depth of the surface and what they decide there.
 ///
@@ -79,7 +46,7 @@ impl Dimension {
 
     /// The pairs of eight surfaces, each at its own depth.
     #[inline(always)]
-    fn draw(
+    pub(super) fn draw(
         self,
         samplers: [&Sampler; LANES],
         indices: [u32; LANES],
@@ -182,7 +149,7 @@ impl Leaving {
 impl Integrator<'_> {
     /// Decides which rays leave a surface that `path` has reached, of which `leaving` has none yet.
     ///
-    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the numbers
+    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the two numbers of
     /// `choice` in `[0, 1)`, in proportion to its albedo.
     #[inline(always)]
     pub(super) fn plan_rays(
@@ -190,7 +157,7 @@ impl Integrator<'_> {
         path: &Path,
         at: &Incidence,
         bsdf: &Bsdf,
-        choice: [f32; 2],
+        choice: impl FnOnce() -> [f32; 2],
         leaving: &mut Leaving,
     ) {
         let (mut lobes, mut split) = (0, 1);
@@ -213,7 +180,7 @@ impl Integrator<'_> {
             }
         }
         if lobes > 1 && split == 1 {
-            leaving.choose_one(at, bsdf, choice);
+            leaving.choose_one(at, bsdf, choice());
         }
         leaving.lobes_look = self.scene.settings.direct_light == DirectLight::Mis
             && bsdf
@@ -268,43 +235,47 @@ impl Integrator<'_> {
 
     /// Makes rays that leave a surface until there are no more or the wave is full.
     ///
-    /// `numbers` are the surface's, where they are at hand.
+    /// `drawn` is what was drawn at the surface, where it is at hand.
     #[inline(always)]
     pub(super) fn make_rays(
         &self,
         from: &Reached,
         leaving: &mut Leaving,
         sampler: &Sampler,
-        numbers: Option<&Numbers>,
+        drawn: Option<Lane>,
         wave: &mut Wave,
     ) {
         while wave.len() < self.capacity
             && let Some((lobe, number)) = leaving.take()
         {
             let index = from.path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
-            let at_hand = numbers.filter(|_| lobe == 0 && leaving.count[0] == 1);
+            let at_hand = drawn.filter(|_| lobe == 0 && leaving.count[0] == 1);
+            let chosen = leaving.chosen.filter(|_| !leaving.emission_only[lobe]);
             let depth = from.path.depth;
-            let u = match (leaving.chosen, at_hand) {
-                (Some(chosen), _) if !leaving.emission_only[lobe] => chosen,
-                (_, Some(numbers)) => numbers.lobe,
-                (_, None) => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
+            let u = match (chosen, at_hand) {
+                (Some(chosen), _) => chosen,
+                (None, Some(drawn)) => drawn.lobe(),
+                (None, None) => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
             };
+            // The direction at hand is by the surface's own numbers, and with its guide.
+            let same = at_hand.filter(|drawn| chosen.is_none() && drawn.guide() == leaving.guide);
+            let direction = same.and_then(Lane::diffuse);
             let survival = || match at_hand {
-                Some(numbers) => numbers.survival,
+                Some(drawn) => drawn.survival(from.path, sampler),
                 None => sampler.single(index, Dimension::Survival.at(depth)),
             };
-            self.make_ray(from, leaving, (lobe, index), u, survival, wave);
+            self.make_ray(from, leaving, (lobe, index), (u, direction), survival, wave);
         }
     }
 
-    /// Adds the ray of a lobe that the numbers `u` stand for, unless it ends here.
+    /// Adds the ray of a lobe that the numbers `u` stand for, unless it ends here; see [`guided::sample`] for `drawn`.
     #[inline(always)]
     fn make_ray(
         &self,
         from: &Reached,
         leaving: &Leaving,
         (lobe, index): (usize, u32),
-        u: [f32; 2],
+        (u, drawn): ([f32; 2], Option<DiffuseDirection>),
         survival: impl FnOnce() -> f32,
         wave: &mut Wave,
     ) {
@@ -312,7 +283,7 @@ impl Integrator<'_> {
         let settings = &self.scene.settings;
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
         let guide = self.guide(leaving.guide, bxdf);
-        let Some(sample) = guided::sample(bxdf, &point.at, guide, u) else { return };
+        let Some(sample) = guided::sample(bxdf, &point.at, guide, u, drawn) else { return };
         let mut beta = path.beta * sample.weight * rate.recip();
         // Before the greatest depth, what a mirror shows stays as clean as it is.
         let must_end = path.depth >= settings.max_depth;

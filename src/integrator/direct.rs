@@ -1,14 +1,15 @@
 //! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
-use super::bounce::{Leaving, Numbers, Reached};
+use super::bounce::{Leaving, Reached};
+use super::eight::Lane;
 use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
-use crate::core::{Ray, Rgb};
+use crate::core::{Ray, Rgb, Sampler};
 use crate::guiding::Cell;
-use crate::scene::{DirectLight, EightSamples, EmitterHit, LightSample, Receiver, SurfaceInteraction};
+use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
 pub(super) struct Unoccluded {
@@ -31,24 +32,24 @@ fn power_heuristic(mine: f32, other: f32) -> f32 {
 }
 
 impl Integrator<'_> {
-    /// One light's share of the radiance that leaves `point` towards the viewer; see [`Lights::prepare`] for `prepared`.
-    ///
-    /// [`Lights::prepare`]: crate::scene::Lights::prepare
+    /// One light's share of the radiance that leaves the surface towards the viewer.
     #[inline(always)]
     pub(super) fn sample_light(
         &self,
         from: &Reached,
         leaving: &Leaving,
-        numbers: &Numbers,
-        prepared: Option<(&EightSamples, usize)>,
+        drawn: Lane,
+        sampler: &Sampler,
     ) -> Option<Unoccluded> {
         let Reached { path, point, bsdf } = from;
         if !bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf)) {
             return None;
         }
         let receiver = Receiver { p: point.p, n: point.at.n, lobes_look: leaving.lobes_look };
-        let light =
-            self.scene.lights.sample_prepared(&receiver, numbers.choice[1], numbers.light, prepared)?;
+        let lights = &self.scene.lights;
+        let light = lights.sample_prepared(&receiver, drawn.light_sample(), || {
+            (drawn.choice(path, sampler)[1], drawn.light(path, sampler))
+        })?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf));

@@ -2,15 +2,19 @@
 //!
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
 //! accelerator as one slice, each hit is shaded, shadow rays go as a second slice, and the rays that leave make the
-//! next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one hit), `bounce` (which rays
-//! leave it), `direct` (light straight from lights), `guided` (rays towards caustics) and `occlusion` (reflections of the environment without rays). Knows nothing of threads, files or progress.
+//! next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one hit), `eight` (what eight hits need,
+//! found side by side), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! caustics) and `occlusion` (reflections of the environment without rays); `roots` is where it all comes together.
+//! Knows nothing of threads, files or progress.
 
 mod bounce;
 mod direct;
+mod eight;
 mod guide;
 mod guided;
 mod occlusion;
 mod path;
+mod roots;
 mod tally;
 mod vertex;
 mod wave;

@@ -14,7 +14,7 @@ use super::bounce::Dimension;
 use super::path::Path;
 use super::tally::{RayClass, Tally};
 use super::vertex::Outgoing;
-use super::wave::{Integrator, Root};
+use super::wave::Integrator;
 use crate::accel::Coherence;
 use crate::bxdf::{Bsdf, Bxdf};
 use crate::core::{Frame, Ray, Sampler, warp};
@@ -45,22 +45,21 @@ impl Integrator<'_> {
         path: &Path,
         point: &SurfaceInteraction,
         bsdf: &Bsdf,
-        root: &mut Root,
         out: &mut Outgoing,
     ) {
         let Some(environment) = &self.scene.lights.environment else { return };
-        let sampler = root.sampler;
+        let sampler = *out.roots.sampler(path.slot);
         let place = Place { path, point, sampler: &sampler };
         for (number, bxdf) in bsdf.lobes().iter().enumerate() {
             if let Bxdf::CosinePower(lobe) = bxdf {
                 let lobe = Lobe { number, exponent: f64::from(lobe.exponent), environment, bxdf };
-                self.reflect(&place, &lobe, root, out);
+                self.reflect(&place, &lobe, out);
             }
         }
     }
 
     /// The lobe's samples of the environment, each with its share of visibility.
-    fn reflect(&self, place: &Place, lobe: &Lobe, root: &mut Root, out: &mut Outgoing) {
+    fn reflect(&self, place: &Place, lobe: &Lobe, out: &mut Outgoing) {
         let (path, point) = (place.path, place.point);
         let settings = &self.scene.settings;
         let count = match path.glossy_depth {
@@ -90,7 +89,7 @@ impl Integrator<'_> {
                 Some(wi) if !light.is_black() => {
                     out.shadows.push(path.slot, light, point.spawn(wi, f32::INFINITY, settings.self_hit));
                 }
-                _ => root.add(light, out.tally),
+                _ => out.add(path, light),
             }
         }
     }

@@ -1,16 +1,19 @@
 //! One end of a ray: what is seen where it hits, or where it misses.
 
-use super::bounce::{Leaving, Numbers, Reached};
+use super::bounce::{Leaving, Reached};
 use super::direct::{Unoccluded, emitter_hit};
+use super::eight::Lane;
 use super::guide::Trail;
 use super::path::{Path, Vertex, Wave};
+use super::roots::Roots;
 use super::tally::Tally;
-use super::wave::{Integrator, Root, Shadows};
+use super::wave::{Integrator, Shadows};
 use crate::core::{Hit, Ray, Rgb};
-use crate::scene::{EightSamples, SurfaceInteraction};
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
+    /// The camera samples, each with its radiance.
+    pub roots: &'a mut Roots,
     /// The rays of the next step.
     pub next: &'a mut Wave,
     /// Surfaces with more rays than the next step has room for.
@@ -23,6 +26,20 @@ pub(super) struct Outgoing<'a> {
     pub tally: &'a mut Tally,
 }
 
+impl Outgoing<'_> {
+    /// Adds light to the camera sample of a path.
+    #[inline(always)]
+    pub(super) fn add(&mut self, path: &Path, radiance: Rgb) {
+        self.roots.add(path.slot, radiance, self.tally);
+    }
+
+    /// Where to note what the camera sample of a path shows, if the path is the one to tell.
+    #[inline(always)]
+    fn trail(&mut self, path: &Path) -> Option<&mut Trail> {
+        if path.followed { self.trails.get_mut(path.slot as usize) } else { None }
+    }
+}
+
 /// A surface at the end of a ray.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<'a> {
@@ -32,12 +49,8 @@ pub(super) struct Seen<'a> {
     pub ray: &'a Ray,
     /// What it hit.
     pub hit: &'a Hit,
-    /// The point there.
-    pub point: &'a SurfaceInteraction,
-    /// The surface's random numbers.
-    pub numbers: &'a Numbers,
-    /// A sample of the only light, and its lane.
-    pub prepared: Option<(&'a EightSamples, usize)>,
+    /// The point there, and what is drawn at it.
+    pub drawn: Lane<'a>,
 }
 
 impl Integrator<'_> {
@@ -55,13 +68,13 @@ impl Integrator<'_> {
 
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
     #[inline(always)]
-    pub(super) fn shade(&self, seen: &Seen, root: &mut Root, out: &mut Outgoing) {
-        let Seen { path, ray, hit, point, numbers, prepared } = *seen;
+    pub(super) fn shade(&self, seen: &Seen, out: &mut Outgoing) {
+        let Seen { path, ray, hit, drawn } = *seen;
+        let point = drawn.point();
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
-        let mut trail = if path.followed { out.trails.get_mut(path.slot as usize) } else { None };
-        if let Some(trail) = &mut trail {
+        if let Some(trail) = out.trail(path) {
             trail.way += hit.t;
         }
 
@@ -72,17 +85,17 @@ impl Integrator<'_> {
             let weight = geometry
                 .light
                 .map_or(1.0, |light| self.emitter_weight(path, ray, &emitter_hit(light, ray, hit.t, point)));
-            root.add(self.bounded(path.beta * emission * weight, path.depth), out.tally);
+            out.add(path, self.bounded(path.beta * emission * weight, path.depth));
         }
         if path.emission_only {
             return;
         }
         if let Some(ambient) = &material.ambient {
             let ambient = path.beta * ambient.at(point.p) * self.scene.ambient;
-            root.add(self.bounded(ambient, path.depth + 1), out.tally);
+            out.add(path, self.bounded(ambient, path.depth + 1));
         }
         if !material.reflects() {
-            if let Some(trail) = trail {
+            if let Some(trail) = out.trail(path) {
                 self.describe(path, point, Rgb::BLACK, trail);
             }
             return;
@@ -98,27 +111,28 @@ impl Integrator<'_> {
             }
         };
         let mut leaving = Leaving::default();
-        self.plan_rays(path, &point.at, bsdf, numbers.choice, &mut leaving);
-        leaving.guide = self.find_guide(point, bsdf, &leaving);
-        if let Some(trail) = trail {
+        let sampler = *out.roots.sampler(path.slot);
+        self.plan_rays(path, &point.at, bsdf, || drawn.choice(path, &sampler), &mut leaving);
+        leaving.guide = Self::needed(drawn.guide(), bsdf, &leaving);
+        if let Some(trail) = out.trail(path) {
             leaving.followed = self.tell(path, point, bsdf, &leaving, trail);
         }
         let from = Reached { path, point, bsdf };
         if self.is_last(path) {
-            let seen = self.end(path, &point.at, bsdf, &root.sampler, out.tally);
-            root.add(self.bounded(seen, path.depth + 1), out.tally);
+            let seen = self.end(path, &point.at, bsdf, &sampler, out.tally);
+            out.add(path, self.bounded(seen, path.depth + 1));
         }
         if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
-            self.reflect_environment(path, point, bsdf, root, out);
+            self.reflect_environment(path, point, bsdf, out);
         }
         if self.samples_lights {
-            match self.sample_light(&from, &leaving, numbers, prepared) {
+            match self.sample_light(&from, &leaving, drawn, &sampler) {
                 Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
-                Some(Unoccluded { radiance, ray: None }) => root.add(radiance, out.tally),
+                Some(Unoccluded { radiance, ray: None }) => out.add(path, radiance),
                 None => {}
             }
         }
-        self.make_rays(&from, &mut leaving, &root.sampler, Some(numbers), out.next);
+        self.make_rays(&from, &mut leaving, &sampler, Some(drawn), out.next);
         if leaving.remaining() > 0 {
             out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving });
         }

@@ -1,15 +1,16 @@
 //! The wave loop: all paths of a wave take one step together.
 
-use super::bounce::Numbers;
+use super::eight::{Lane, Likely};
 use super::guide::Trail;
 use super::path::{Path, Rays, Vertex, Wave};
+use super::roots::Roots;
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::Bsdf;
 use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
-use crate::film::{Film, PixelRect, RadianceGathered};
+use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
 use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
 use std::ops::Range;
@@ -27,35 +28,14 @@ pub struct Integrator<'a> {
     pub(super) samples_lights: bool,
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
+    /// What surfaces are likely to need.
+    pub(super) likely: Likely,
     /// Where diffuse surfaces look for caustics, if there are any.
     pub(super) caustics: Option<&'a CausticMap>,
     pub(super) capacity: usize,
     /// Reflections from which on paths end by chance.
     pub(super) roulette_from: u32,
     pub(super) log: Option<&'a dyn RayLog>,
-}
-
-/// A camera sample of the wave in work: where its radiance comes together.
-pub(super) struct Root {
-    /// Its pixel, as an index into the tile's film.
-    pixel: u32,
-    /// The pixel's random numbers.
-    pub sampler: Sampler,
-    /// Its radiance so far.
-    sum: [RadianceGathered; 3],
-}
-
-impl Root {
-    /// Adds light to the sample; what cannot be added is counted.
-    #[inline(always)]
-    pub(super) fn add(&mut self, radiance: Rgb, tally: &mut Tally) {
-        let channels = radiance.to_array();
-        if channels.iter().all(|&c| RadianceGathered::is_ordinary(c)) || tally.dropped.accepts(radiance) {
-            for (sum, channel) in self.sum.iter_mut().zip(channels) {
-                sum.add(channel);
-            }
-        }
-    }
 }
 
 /// Samples to be taken.
@@ -72,7 +52,7 @@ pub struct Work<'a> {
 /// Buffers that one thread keeps from tile to tile, so that nothing is allocated per ray.
 #[derive(Default)]
 pub struct Scratch {
-    roots: Vec<Root>,
+    roots: Roots,
     wave: Wave,
     next: Wave,
     hits: Vec<Option<Hit>>,
@@ -120,11 +100,14 @@ impl<'a> Integrator<'a> {
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
         let Settings { max_depth, at_max_depth, roulette_from, .. } = &scene.settings;
         let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { Settings::NEVER };
+        let bsdfs: Vec<_> = scene.materials.iter().map(Material::uniform_bsdf).collect();
+        let samples_lights = Plan::of(scene).samples_lights;
         Self {
             scene,
             accel,
-            samples_lights: Plan::of(scene).samples_lights,
-            bsdfs: scene.materials.iter().map(Material::uniform_bsdf).collect(),
+            samples_lights,
+            likely: Likely::of(scene, samples_lights, &bsdfs),
+            bsdfs,
             caustics: None,
             capacity: CAPACITY,
             roulette_from: (*roulette_from).min(end),
@@ -176,11 +159,11 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 tally.samples += scratch.roots.len() as u64;
-                for root in &scratch.roots {
-                    film.pixels[root.pixel as usize].add(root.sum);
+                for (pixel, sum) in scratch.roots.sums() {
+                    film.pixels[pixel].add(sum);
                 }
-                for (root, trail) in scratch.roots.iter().zip(&scratch.trails) {
-                    film.guides[root.pixel as usize].add(&trail.guide, root.sum);
+                for ((pixel, sum), trail) in scratch.roots.sums().zip(&scratch.trails) {
+                    film.guides[pixel].add(&trail.guide, sum);
                 }
             }
             first = last;
@@ -191,21 +174,30 @@ impl<'a> Integrator<'a> {
     /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
     #[inline(always)]
     fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
-        let settings = &self.scene.settings;
-        scratch.roots.clear();
-        scratch.wave.clear();
-        let sampler_of =
-            |&(x, y)| Sampler::new(settings.sampler, settings.seed, x, y).for_samples(settings.spp);
+        let Settings { sampler, seed, spp, .. } = self.scene.settings;
+        let camera = &self.scene.camera;
+        let Scratch { roots, wave, .. } = scratch;
+        roots.clear();
+        wave.clear();
         for block in work.pixels.chunks(LANES) {
-            let samplers: [Sampler; LANES] = std::array::from_fn(|i| sampler_of(&block[i % block.len()]));
+            // Lanes without a pixel of their own repeat others.
+            let corners: [(u32, u32); LANES] = std::array::from_fn(|i| block[i % block.len()]);
+            let samplers = corners.map(|(x, y)| Sampler::new(sampler, seed, x, y).for_samples(spp));
+            let mut pixels = [0; LANES];
+            for (lane, &(x, y)) in block.iter().enumerate() {
+                let index = (y - rect.y0) * rect.width() + (x - rect.x0);
+                pixels[lane] = roots.add_pixel(index, samplers[lane]);
+            }
             for index in work.samples.clone() {
-                let places = Sampler::pairs(samplers.each_ref(), [index; LANES], [0; LANES]);
-                for ((&(x, y), sampler), [dx, dy]) in block.iter().zip(samplers).zip(places) {
-                    let dir = self.scene.camera.direction(x as f32 + dx, y as f32 + dy);
-                    let path = Path::from_camera(scratch.roots.len() as u32, index, work.split);
-                    scratch.wave.push(RayClass::Primary, path, Ray::new(self.scene.camera.eye, dir));
-                    let pixel = (y - rect.y0) * rect.width() + (x - rect.x0);
-                    scratch.roots.push(Root { pixel, sampler, sum: Default::default() });
+                let within = Sampler::pairs(samplers.each_ref(), [index; LANES], [0; LANES]);
+                let mut directions = Vectors::default();
+                for lane in 0..LANES {
+                    let ((x, y), [dx, dy]) = (corners[lane], within[lane]);
+                    directions.set(lane, camera.direction(x as f32 + dx, y as f32 + dy));
+                }
+                for lane in 0..block.len() {
+                    let path = Path::from_camera(roots.push(pixels[lane]), index, work.split);
+                    wave.push(RayClass::Primary, path, Ray::new(camera.eye, directions.get(lane)));
                 }
             }
         }
@@ -264,7 +256,7 @@ impl<'a> Integrator<'a> {
         let Scratch { roots, wave, next, hits, shadows, waiting, trails } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
-        let mut out = Outgoing { next, waiting, shadows, trails, tally };
+        let mut out = Outgoing { roots, next, waiting, shadows, trails, tally };
         let mut next = 0;
         while next < hits.len() {
             // The next eight hits, and misses on the way to them.
@@ -275,11 +267,12 @@ impl<'a> Integrator<'a> {
                     found += 1;
                 } else {
                     let path = &paths[next];
-                    roots[path.slot as usize].add(self.miss(path, &rays[next]), out.tally);
+                    out.add(path, self.miss(path, &rays[next]));
                 }
                 next += 1;
             }
-            self.shade_group(&group[..found], paths, rays, hits, roots, &mut out);
+            self.scene.prefetch(&hits[next..]);
+            self.shade_group(&group[..found], paths, rays, hits, &mut out);
         }
     }
 
@@ -291,40 +284,31 @@ impl<'a> Integrator<'a> {
         paths: &[Path],
         rays: &[Ray],
         hits: &[Option<Hit>],
-        roots: &mut [Root],
         out: &mut Outgoing,
     ) {
         let Some(&first) = group.first() else { return };
         // Lanes without a hit of their own repeat the first.
-        let first = (&rays[first], hits[first].as_ref().expect("a group is of hits"), &paths[first]);
-        let (mut found, mut from) = ([(first.0, first.1); LANES], [first.2; LANES]);
-        let mut samplers = [&roots[first.2.slot as usize].sampler; LANES];
-        for (lane, &i) in group.iter().enumerate() {
-            found[lane] = (&rays[i], hits[i].as_ref().expect("a group is of hits"));
+        let mut lanes = [first; LANES];
+        lanes[..group.len()].copy_from_slice(group);
+        let hit = |i: usize| hits[i].as_ref().expect("a group is of hits");
+        let (mut found, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
+        let mut samplers = [out.roots.sampler(paths[first].slot); LANES];
+        for (lane, i) in lanes.into_iter().enumerate() {
+            found[lane] = (&rays[i], hit(i));
             from[lane] = &paths[i];
-            samplers[lane] = &roots[paths[i].slot as usize].sampler;
+            samplers[lane] = out.roots.sampler(paths[i].slot);
         }
         let points = self.scene.interactions(found);
-        let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
-        let numbers = Numbers::draw(samplers, from, may_end);
-        let (mut receivers, mut towards) = (Vectors::default(), [[0.0; 2]; LANES]);
-        for lane in 0..LANES {
-            receivers.set(lane, points[lane].p);
-            towards[lane] = numbers[lane].light;
-        }
-        let prepared =
-            if self.samples_lights { self.scene.lights.prepare(&receivers, &towards) } else { None };
+        let eight = self.draw_eight(&points, from, samplers);
         for lane in 0..group.len() {
             let ((ray, hit), path) = (found[lane], from[lane]);
-            let prepared = prepared.as_ref().map(|samples| (samples, lane));
-            let seen = Seen { path, ray, hit, point: &points[lane], numbers: &numbers[lane], prepared };
-            self.shade(&seen, &mut roots[path.slot as usize], out);
+            self.shade(&Seen { path, ray, hit, drawn: Lane { eight: &eight, lane } }, out);
         }
     }
 
     /// Asks the shadow rays and adds the light of those that nothing stops.
     #[inline(always)]
-    fn let_light_through(&self, shadows: &mut Shadows, roots: &mut [Root], tally: &mut Tally) {
+    fn let_light_through(&self, shadows: &mut Shadows, roots: &mut Roots, tally: &mut Tally) {
         let Shadows { rays, light, occluded } = shadows;
         if rays.is_empty() {
             return;
@@ -337,7 +321,7 @@ impl<'a> Integrator<'a> {
         });
         for (&(slot, radiance), &occluded) in light.iter().zip(&*occluded) {
             if !occluded {
-                roots[slot as usize].add(radiance, tally);
+                roots.add(slot, radiance, tally);
             }
         }
     }
@@ -352,7 +336,7 @@ impl<'a> Integrator<'a> {
                 && let Some(vertex) = list.last_mut()
             {
                 let (from, leaving) = vertex.parts();
-                let sampler = &roots[from.path.slot as usize].sampler;
+                let sampler = roots.sampler(from.path.slot);
                 self.make_rays(&from, leaving, sampler, None, wave);
                 if vertex.leaving.remaining() == 0 {
                     list.pop();

@@ -33,7 +33,7 @@ impl Camera {
     }
 
     /// The unit direction through the point `(x, y)` of the image, in pixels from the upper left corner.
-    #[inline]
+    #[inline(always)]
     pub fn direction(&self, x: f32, y: f32) -> Vec3 {
         let [width, height] = self.resolution.map(|n| 0.5 * n as f32);
         (self.forward + (x - width) * self.right + (y - height) * self.down).normalize()

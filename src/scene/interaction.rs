@@ -4,7 +4,7 @@ use super::Scene;
 use crate::bxdf::Incidence;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Skip};
-use crate::geometry::{Shape, Sphere, TriangleMesh};
+use crate::geometry::{Shape, Sphere, TriangleMesh, prefetch_hits};
 use crate::scene::SelfHit;
 use glam::Vec3;
 
@@ -42,6 +42,12 @@ impl Scene {
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let [interaction, ..] = self.interactions([(ray, hit); LANES]);
         interaction
+    }
+
+    /// Asks for what the next hits will need, to be called every eight: see [`prefetch_hits`].
+    #[inline(always)]
+    pub fn prefetch(&self, next: &[Option<Hit>]) {
+        prefetch_hits(&self.shapes, next);
     }
 
     /// What each of eight hits means.

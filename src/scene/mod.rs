@@ -18,7 +18,7 @@ pub mod world;
 pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
-pub use light::{EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Receiver};
+pub use light::{EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver};
 pub use load::{Format, GeometryCache, Location, Override, SceneError, load, load_str, load_with};
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;

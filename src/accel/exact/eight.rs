@@ -5,7 +5,7 @@
 use super::Point;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Wide, widely};
-use crate::geometry::Shape;
+use crate::geometry::{Shape, prefetch_hits};
 
 /// The determinant, as a part of the product of the lengths that it is made of, above which f32 will do: that of the
 /// ray and both edges, so that neither slivers nor grazing rays are, ...
@@ -66,7 +66,10 @@ pub(in crate::accel) fn settle(
     hits: &mut [Option<Hit>],
     judge: impl Fn(&Ray, Hit, Option<Point>) -> Option<Hit>,
 ) {
-    for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
+    for start in (0..rays.len()).step_by(LANES) {
+        let (hits, soon) = hits[start..].split_at_mut(LANES.min(rays.len() - start));
+        prefetch_hits(shapes, soon);
+        let rays = &rays[start..start + hits.len()];
         let points = EightPoints::new(shapes, rays, hits);
         for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
             let settled =

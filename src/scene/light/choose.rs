@@ -31,6 +31,15 @@ pub struct Lights {
     beside_lobes: FarLights,
 }
 
+/// Which numbers [`Lights::sample`] looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// `u`.
+    pub direction: bool,
+    /// `fine`.
+    pub fine: bool,
+}
+
 /// Least probability of asking a far light, and of asking a near one, where there are both.
 const LEAST_SHARE: f64 = 0.1;
 
@@ -77,6 +86,13 @@ impl Lights {
         arrives(LightSample { le_over_pdf, pdf, ..sample })
     }
 
+    /// What [`sample`](Self::sample) needs for receivers whose lobes look for light or do not.
+    pub fn needs(&self, lobes_look: bool) -> Needs {
+        let far = if lobes_look { &self.beside_lobes } else { &self.far };
+        let fine = !far.is_empty() || self.tree.only().is_none() && !self.tree.is_empty();
+        Needs { direction: fine || !self.tree.is_empty(), fine }
+    }
+
     /// Samples of the light that may be the only one to choose, for eight receivers side by side; `None` where several
     /// are, or it is no rectangle.
     #[inline(always)]
@@ -87,18 +103,23 @@ impl Lights {
         }
     }
 
-    /// [`sample`](Self::sample), where it may have been [prepared](Self::prepare) in a lane.
+    /// [`sample`](Self::sample), where it may have been [prepared](Self::prepare) in a lane; else by `numbers`, `fine` and
+    /// `u`, which are asked for where there is a light.
     #[inline(always)]
     pub fn sample_prepared(
         &self,
         to: &Receiver,
-        fine: f32,
-        u: [f32; 2],
         prepared: Option<(&EightSamples, usize)>,
+        numbers: impl FnOnce() -> (f32, [f32; 2]),
     ) -> Option<LightSample> {
-        match prepared.filter(|_| self.far(to).is_empty()).and_then(|(samples, lane)| samples.get(lane)) {
+        let far_is_empty = self.far(to).is_empty();
+        match prepared.filter(|_| far_is_empty).and_then(|(samples, lane)| samples.get(lane)) {
             Some(sample) => arrives(sample),
-            None => self.sample(to, fine, u),
+            None if far_is_empty && self.tree.is_empty() => None,
+            None => {
+                let (fine, u) = numbers();
+                self.sample(to, fine, u)
+            }
         }
     }
 

@@ -16,7 +16,7 @@ mod sphere;
 mod spherical_rectangle;
 mod tree;
 
-pub use choose::Lights;
+pub use choose::{Lights, Needs};
 pub use environment::Environment;
 pub use mesh::MeshLight;
 pub use point::{DirectionalLight, PointLight};

@@ -60,8 +60,11 @@ impl Lamp {
     fn place(&self, wi: Vec3) -> Option<[f32; 2]> {
         let [x, y, z] = self.axes.map(|axis| axis.dot(wi));
         let [w, h] = self.softbox.half_size;
-        let place = [x.abs() / (w * z), y.abs() / (h * z)];
-        (z > 0.0 && place[0] <= 1.0 && place[1] <= 1.0).then_some(place)
+        // Before the divisions, since few directions meet it.
+        if !((z > 0.0) & (x.abs() <= w * z) & (y.abs() <= h * z)) {
+            return None;
+        }
+        Some([x.abs() / (w * z), y.abs() / (h * z)])
     }
 
     #[inline]

@@ -1,0 +1,208 @@
+//! What eight surfaces need, found side by side.
+
+use super::bounce::Dimension;
+use super::guided;
+use super::path::Path;
+use super::wave::Integrator;
+use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection};
+use crate::core::Sampler;
+use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::scene::{DirectLight, EightSamples, Needs, Scene, SurfaceInteraction};
+
+/// Eight surfaces that rays have hit, and what is drawn at nearly every one.
+///
+/// What is not at hand since none of the eight was thought to need it can be drawn for one alone: the numbers are the
+/// same.
+pub(super) struct Eight<'a> {
+    points: &'a [SurfaceInteraction; LANES],
+    /// The direction of the first lobe's ray, where it is one.
+    lobe: Pairs,
+    /// The numbers of the guides of diffuse rays, where caustics are.
+    guides: [Option<u32>; LANES],
+    /// The directions that `lobe` draws from diffuse lobes with those guides, and their densities.
+    diffuse: Option<(Vectors, Floats)>,
+    /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
+    choice: Option<Pairs>,
+    /// Which light, and the direction towards it.
+    light: Option<Pairs>,
+    /// Whether the path goes on, where the first lobe's ray is one.
+    survival: Option<Pairs>,
+    /// Samples of the only light, where it is one.
+    lights: Option<EightSamples>,
+}
+
+/// A pair of numbers for each of eight surfaces.
+type Pairs = [[f32; 2]; LANES];
+
+/// One of the eight.
+#[derive(Clone, Copy)]
+pub(super) struct Lane<'a> {
+    pub eight: &'a Eight<'a>,
+    pub lane: usize,
+}
+
+impl<'a> Lane<'a> {
+    /// Where it is.
+    #[inline(always)]
+    pub(super) fn point(self) -> &'a SurfaceInteraction {
+        &self.eight.points[self.lane]
+    }
+
+    /// The numbers for the direction of the first lobe's ray, where it is one.
+    #[inline(always)]
+    pub(super) fn lobe(self) -> [f32; 2] {
+        self.eight.lobe[self.lane]
+    }
+
+    /// The number of the guide of diffuse rays, where caustics are.
+    #[inline(always)]
+    pub(super) fn guide(self) -> Option<u32> {
+        self.eight.guides[self.lane]
+    }
+
+    /// The direction that [`lobe`](Self::lobe) draws from a diffuse lobe with that guide; means nothing where the guide
+    /// itself is to draw it.
+    #[inline(always)]
+    pub(super) fn diffuse(self) -> Option<DiffuseDirection> {
+        let (wi, pdf) = self.eight.diffuse.as_ref()?;
+        Some(DiffuseDirection { wi: wi.get(self.lane), pdf: pdf[self.lane] })
+    }
+
+    /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
+    #[inline(always)]
+    pub(super) fn choice(self, path: &Path, sampler: &Sampler) -> [f32; 2] {
+        self.pair(&self.eight.choice, Dimension::Choice, path, sampler)
+    }
+
+    /// Which light, and the direction towards it.
+    #[inline(always)]
+    pub(super) fn light(self, path: &Path, sampler: &Sampler) -> [f32; 2] {
+        self.pair(&self.eight.light, Dimension::LightDirection, path, sampler)
+    }
+
+    /// Whether the path goes on, where the first lobe's ray is one.
+    #[inline(always)]
+    pub(super) fn survival(self, path: &Path, sampler: &Sampler) -> f32 {
+        self.pair(&self.eight.survival, Dimension::Survival, path, sampler)[0]
+    }
+
+    #[inline(always)]
+    fn pair(self, drawn: &Option<Pairs>, dimension: Dimension, path: &Path, sampler: &Sampler) -> [f32; 2] {
+        match drawn {
+            Some(pairs) => pairs[self.lane],
+            None => sampler.pair(path.index, dimension.at(path.depth)),
+        }
+    }
+
+    /// The sample of the only light, where there is one, and its lane.
+    #[inline(always)]
+    pub(super) fn light_sample(self) -> Option<(&'a EightSamples, usize)> {
+        self.eight.lights.as_ref().map(|samples| (samples, self.lane))
+    }
+}
+
+/// What surfaces are likely to need.
+pub(super) struct Likely {
+    /// Which lobe.
+    choice: bool,
+    /// A direction from a diffuse lobe that is the first.
+    diffuse: bool,
+    /// For lights: where the path goes on, and where it is at its end.
+    lights: [Needs; 2],
+}
+
+impl Likely {
+    /// At surfaces of a scene with the lobes `bsdfs`, where they are the same everywhere.
+    pub(super) fn of(scene: &Scene, samples_lights: bool, bsdfs: &[Option<Bsdf>]) -> Self {
+        let lobes = || bsdfs.iter().map(|bsdf| bsdf.as_ref().map(|bsdf| bsdf.lobes()));
+        let lobes_look = scene.settings.direct_light == DirectLight::Mis;
+        let needs =
+            |lobes_look| if samples_lights { scene.lights.needs(lobes_look) } else { Needs::default() };
+        Self {
+            choice: lobes().any(|lobes| lobes.is_none_or(|lobes| lobes.len() > 1)),
+            diffuse: lobes()
+                .any(|lobes| lobes.is_none_or(|lobes| matches!(lobes.first(), Some(Bxdf::Diffuse(_))))),
+            lights: [needs(lobes_look), needs(false)],
+        }
+    }
+}
+
+impl Integrator<'_> {
+    /// What is needed at eight points, to which the paths `from` have come.
+    #[inline(always)]
+    pub(super) fn draw_eight<'a>(
+        &self,
+        points: &'a [SurfaceInteraction; LANES],
+        from: [&Path; LANES],
+        samplers: [&Sampler; LANES],
+    ) -> Eight<'a> {
+        let [mut p, mut n, mut ng] = [Vectors::default(); 3];
+        for (lane, point) in points.iter().enumerate() {
+            p.set(lane, point.p);
+            n.set(lane, point.at.n);
+            ng.set(lane, point.at.ng);
+        }
+        let mut guides = [None; LANES];
+        if let Some(caustics) = self.caustics {
+            guides = caustics.find(&p, &n);
+        }
+
+        let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
+        for (lane, path) in from.into_iter().enumerate() {
+            (indices[lane], depths[lane]) = (path.index, path.depth);
+        }
+        let may_end = depths.iter().any(|&depth| depth >= self.roulette_from);
+        let needs = self.likely.lights[usize::from(from.iter().any(|path| self.is_last(path)))];
+        let draw = |dimension: Dimension| dimension.draw(samplers, indices, depths);
+        let lobe = draw(Dimension::Lobe(0));
+        let [mut choice, mut light, mut survival] = [None; 3];
+        if self.likely.choice || needs.fine {
+            choice = Some(draw(Dimension::Choice));
+        }
+        if needs.direction {
+            light = Some(draw(Dimension::LightDirection));
+        }
+        if may_end {
+            survival = Some(draw(Dimension::Survival));
+        }
+
+        let mut lights = None;
+        if let Some(towards) = &light {
+            lights = self.scene.lights.prepare(&p, towards);
+        }
+        let mut diffuse = None;
+        if self.likely.diffuse {
+            diffuse = Some(self.draw_diffuse(&n, &ng, &lobe, &guides));
+        }
+        Eight { points, lobe, guides, diffuse, choice, light, survival, lights }
+    }
+
+    /// The directions that numbers draw from diffuse lobes, with guides, and their densities.
+    #[inline(always)]
+    fn draw_diffuse(
+        &self,
+        n: &Vectors,
+        ng: &Vectors,
+        u: &Pairs,
+        guides: &[Option<u32>; LANES],
+    ) -> (Vectors, Floats) {
+        let [mut x, mut y] = [Floats::default(); 2];
+        for lane in 0..LANES {
+            [x[lane], y[lane]] = u[lane];
+        }
+        if let Some(caustics) = self.caustics {
+            for lane in 0..LANES {
+                if let Some(guide) = guides[lane] {
+                    x[lane] = guided::unguided(caustics.cell(guide), x[lane]);
+                }
+            }
+        }
+        let (mut wi, mut pdf) = (Vectors::default(), Floats::default());
+        for lane in 0..LANES {
+            let drawn = DiffuseDirection::draw(n.get(lane), ng.get(lane), [x[lane], y[lane]]);
+            wi.set(lane, drawn.wi);
+            pdf[lane] = drawn.pdf;
+        }
+        (wi, pdf)
+    }
+}
