@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
 
-pub use adaptive::GROWS_FROM;
+pub use adaptive::can_grow;
 pub use aov::aov_channels;
 pub use decisions::Decisions;
 
