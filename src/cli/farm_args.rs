@@ -120,7 +120,7 @@ impl FarmArgs {
         };
         if identity.adaptive {
             return Err(Failure::bad(
-                "a shard's samples cannot depend on what the others find: leave --adaptive out, and give \
+                "a shard's samples cannot depend on what the others find: leave --noise and --adaptive out, and give \
                  --glossy-samples a number"
                     .to_owned(),
             ));
@@ -198,7 +198,7 @@ impl Subject<'_> {
             spp: scene.settings.spp,
             noise,
             adaptive: fixed || scene.settings.adaptive,
-            grows: !fixed && (!scene.settings.adaptive || can_grow(scene.settings.spp)),
+            grows: !fixed && can_grow(&scene.settings),
         }
     }
 }

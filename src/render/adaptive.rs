@@ -24,6 +24,7 @@ use super::tile::Tile;
 use super::{Picture, StopReason};
 use crate::film::{Film, PixelRect};
 use crate::integrator::{RayClass, Scratch, Tally, Work};
+use crate::scene::Settings;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -78,10 +79,21 @@ fn colour(&(x, y): &(u32, u32)) -> usize {
     (x + y) as usize & 1
 }
 
-/// Whether a picture of `count` samples per pixel can get more: not when its second half has only begun, since the first
-/// is no longer told from it.
-pub fn can_grow(count: u32) -> bool {
-    count <= HALF || count >= 2 * HALF
+/// Whether samples are shared out by noise, if there are enough: where it is wanted, and numbers may end at any sample.
+fn shares_out(settings: &Settings) -> bool {
+    settings.adaptive && settings.sampler.is_sequence()
+}
+
+/// Whether there are so many samples per pixel that noise is looked for.
+pub(super) fn looks_for_noise(settings: &Settings, count: u32) -> bool {
+    shares_out(settings) && count >= 2 * HALF
+}
+
+/// Whether a picture of these settings can get more samples per pixel: not where all its numbers are others then, and not
+/// when the second half has only begun, since the first is no longer told from it.
+pub fn can_grow(settings: &Settings) -> bool {
+    let is_between = settings.spp > HALF && settings.spp < 2 * HALF;
+    settings.sampler.is_sequence() && !(shares_out(settings) && is_between)
 }
 
 /// Measures what two films of as many samples of the same pixels differ by.
@@ -142,8 +154,9 @@ fn wants(found: &BTreeMap<Block, Found>) -> Vec<[Want; 2]> {
             [1, 0].map(|other| Want { error: wanted(block, own, other), pixels: own.pixels[1 - other] })
         })
         .collect();
-    let mean =
-        wants.iter().flatten().map(|want| want.error * f64::from(want.pixels)).sum::<f64>() / pixels;
+    let mean = wants.iter().flatten().map(|want| want.error * f64::from(want.pixels)).sum::<f64>() / pixels;
+    // Where there is no noise at all, all are alike.
+    let mean = if mean > 0.0 { mean } else { 1.0 };
     let bounds = (LEAST_ERROR * mean, MOST_ERROR * mean);
     wants.iter_mut().flatten().for_each(|want| want.error = want.error.clamp(bounds.0, bounds.1));
     wants
@@ -157,7 +170,7 @@ fn around(found: &BTreeMap<Block, Found>, (x, y): Block) -> Vec<&Found> {
 
 /// The next number of samples after `n`.
 fn next_step(n: u32) -> u32 {
-    let power = (n + 1).next_power_of_two();
+    let power = n.saturating_add(1).checked_next_power_of_two().unwrap_or(u32::MAX);
     let middle = power / 4 * 3;
     if n >= COARSE && n < middle { middle } else { power }
 }
@@ -177,13 +190,18 @@ fn share_out(found: &BTreeMap<Block, Found>, start: u32, count: u32) -> Shares {
     while let Some((_, Reverse((block, colour)))) = queue.pop() {
         let n = &mut shares[block][colour];
         let more = next_step(*n);
-        let cost = u64::from(more - *n) * u64::from(wants[block][colour].pixels);
+        let pixels_of_one = wants[block][colour].pixels;
+        let cost = u64::from(more - *n) * u64::from(pixels_of_one);
         if cost > left {
+            // What is left is not enough for the step, but for a part of it.
+            *n += (left / u64::from(pixels_of_one)) as u32;
             break;
         }
         left -= cost;
         *n = more;
-        queue.push(entry(block, colour, more));
+        if more < u32::MAX {
+            queue.push(entry(block, colour, more));
+        }
     }
     found.keys().copied().zip(shares).collect()
 }
@@ -210,7 +228,7 @@ impl Picture<'_> {
         // Samples that are there belong to the first half, if they all do.
         let start = if done > HALF { done } else { 0 };
         let end = start + 2 * HALF;
-        if !self.scene.settings.adaptive || count < end {
+        if !looks_for_noise(&self.scene.settings, count) || count < end {
             return Ok(None);
         }
         self.each_tile(|number, tile, scratch| {
@@ -283,8 +301,7 @@ mod tests {
 
     /// Blocks of 4 x 4 pixels in a row, each of one error and luminance 1.
     fn row(errors: &[f32]) -> BTreeMap<Block, Found> {
-        let found =
-            |e: &f32| Found { error: [8.0 * e; 2], luminance: [8.0; 2], pixels: [8; 2], cost: 1.0 };
+        let found = |e: &f32| Found { error: [8.0 * e; 2], luminance: [8.0; 2], pixels: [8; 2], cost: 1.0 };
         (0..).map(|x| (x, 0)).zip(errors.iter().map(found)).collect()
     }
 
@@ -322,7 +339,7 @@ mod tests {
                 (shares.values().flatten().min().unwrap(), shares.values().flatten().max().unwrap());
             assert!(*least <= count && *most <= next_step(*least), "{count}: {least} to {most}");
         }
-        assert!(share_out(&row(&all(9, 0.0)), 16, 64).values().all(|share| *share == [16; 2]));
+        assert!(share_out(&row(&all(9, 0.0)), 16, 64).values().all(|share| *share == [64; 2]));
     }
 
     #[test]
