@@ -67,7 +67,7 @@ fn the_mean_over_many_seeds_is_that_of_even_samples() {
     let rare = [
         ("settings.sampler", "independent"),
         ("settings.direct_light", "lobe"),
-        ("settings.spp", "16"),
+        ("settings.spp", "32"),
         ("lights.0.radius", "0.2"),
     ];
     let seeds = 96u32;
@@ -117,7 +117,7 @@ fn the_error_is_lower_where_noise_is_uneven() {
         };
         (0..pixels).map(variance).sum::<f64>() / pixels as f64
     };
-    for (spp, gain) in [("16", 1.2), ("64", 1.4)] {
+    for (spp, gain) in [("32", 1.2), ("64", 1.4)] {
         let [even, uneven] = ["false", "true"].map(|adaptive| squared_error(adaptive, spp));
         assert!(uneven * gain < even, "{spp} samples: {even} even, {uneven} shared out");
     }
@@ -125,15 +125,15 @@ fn the_error_is_lower_where_noise_is_uneven() {
 
 #[test]
 fn there_are_as_many_samples_as_were_asked_for_and_none_is_without() {
-    for spp in ["7", "15", "16", "32", "100"] {
+    for spp in ["7", "16", "17", "32", "100"] {
         let film = picture(&with(&[ADAPTIVE, ("settings.spp", spp)], 3)).film;
         let spp: f64 = spp.parse().unwrap();
         let mean = film.pixels.iter().map(|p| f64::from(p.count)).sum::<f64>() / film.pixels.len() as f64;
         assert!((0.97..=1.0).contains(&(mean / spp)), "{mean} samples, {spp} wanted");
         let [least, most] =
             [film.pixels.iter().map(|p| p.count).min(), film.pixels.iter().map(|p| p.count).max()];
-        assert!(f64::from(least.unwrap()) >= (spp / 2.0).min(16.0));
-        assert_eq!(spp < 16.0, least == most, "{least:?} to {most:?} of {spp}");
+        assert!(f64::from(least.unwrap()) >= (spp / 4.0).max(spp.min(16.0)));
+        assert_eq!(spp <= 16.0, least == most, "{least:?} to {most:?} of {spp}");
     }
 }
 
@@ -144,7 +144,7 @@ fn a_picture_that_grows_is_that_of_more_samples() {
         picture_on(scene, Backend::Bvh, &RenderOptions { resume, ..Default::default() })
     };
     let mut state = None;
-    for spp in ["32", "50", "128"] {
+    for spp in ["4", "8", "16", "50", "128"] {
         let outcome = shot(&of(spp), state);
         assert_eq!(outcome.film, shot(&of(spp), None).film, "{spp}");
         state = Some(State { film: outcome.film, tally: outcome.tally, decisions: outcome.decisions });
@@ -162,15 +162,15 @@ fn threads_and_tiles_change_no_bit() {
 
 #[test]
 fn a_threshold_and_shared_samples_go_together() {
-    let settings = [ADAPTIVE, ("settings.spp", "2000")];
+    let settings = [ADAPTIVE, ("settings.spp", "8000")];
     let options = RenderOptions { noise: Some(0.05), ..Default::default() };
     let outcome = picture_on(&with(&settings, 1), Backend::Bvh, &options);
     assert_eq!(outcome.stopped_by, gloss::render::StopReason::Noise);
-    assert!(outcome.film.pixels.iter().all(|p| p.count > 0 && p.count < 16_000));
+    assert!(outcome.film.pixels.iter().all(|p| p.count > 0 && p.count < 64_000));
     // A picture without noise is clean at once.
     let dark = scene(&UNEVEN.replace("[400, 400, 400]", "[0, 0, 0]").replace("0.2, 0.2, 0.2", "0, 0, 0"));
     let mut dark = dark;
     dark.settings.adaptive = true;
     let film = picture(&dark).film;
-    assert!(film.pixels.iter().all(|p| p.count >= 8));
+    assert!(film.pixels.iter().all(|p| p.count >= 16));
 }

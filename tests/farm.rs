@@ -123,7 +123,7 @@ fn samples(checkpoint: &Checkpoint) -> u64 {
 #[test]
 fn shards_merge_to_the_bits_of_the_whole() {
     let place = Place::new();
-    let whole = place.whole("");
+    let whole = place.whole("--adaptive=false");
     for (count, by) in [(1, "samples"), (2, "samples"), (7, "tiles"), (7, "samples"), (64, "samples")] {
         let mut files = String::new();
         for index in (0..count).rev() {

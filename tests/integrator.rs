@@ -96,8 +96,13 @@ fn every_way_of_splitting_sums_the_same_series() {
 
 #[test]
 fn roulette_has_the_mean_and_the_variance_of_the_infinite_series() {
-    let settings =
-        Settings { spp: 4096, max_depth: 0, at_max_depth: AtMaxDepth::Roulette, ..Default::default() };
+    let settings = Settings {
+        spp: 4096,
+        max_depth: 0,
+        at_max_depth: AtMaxDepth::Roulette,
+        adaptive: false,
+        ..Default::default()
+    };
     let outcome = run(&furnace(glossy(0.9, 100.0), settings), &RenderOptions::default());
     let samples = f64::from(outcome.film.pixels.iter().map(|p| p.count).sum::<u32>());
     let mean = outcome.film.image().iter().map(|p| f64::from(p.g)).sum::<f64>() / 64.0;
@@ -134,7 +139,9 @@ fn noisy() -> Scene {
 
 #[test]
 fn a_render_that_goes_on_and_shards_that_are_merged_are_the_whole() {
-    let scene = noisy();
+    let mut scene = noisy();
+    // A share knows nothing of the noise in others.
+    scene.settings.adaptive = false;
     let whole = run(&scene, &RenderOptions::default()).film;
     let part = |samples, resume: Option<Film>| {
         let resume = resume.map(State::from);

@@ -9,7 +9,7 @@ use super::terminal::note;
 use crate::farm::{self, Checkpoint, Header, Identity, Keeper, Part, Shard, ShardBy};
 use crate::film::PixelRect;
 use crate::image_io::{Format, atomic};
-use crate::render::{GROWS_FROM, Outcome, Progress, State, StopReason, Tally};
+use crate::render::{Outcome, Progress, State, StopReason, Tally, can_grow};
 use crate::scene::{GlossySamples, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -120,7 +120,7 @@ impl FarmArgs {
         };
         if identity.adaptive {
             return Err(Failure::bad(
-                "a shard's samples cannot depend on what the others find: leave --adaptive out, and give \
+                "a shard's samples cannot depend on what the others find: leave --noise and --adaptive out, and give \
                  --glossy-samples a number"
                     .to_owned(),
             ));
@@ -185,7 +185,7 @@ impl Subject<'_> {
     fn identity(&self) -> Identity {
         let Self { name, scene, accel, crop, noise } = *self;
         let [width, height] = scene.camera.resolution;
-        let adaptive = noise.is_some() || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let fixed = noise.is_some() || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
         Identity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: name.display().to_string(),
@@ -197,8 +197,8 @@ impl Subject<'_> {
             picture: crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height }),
             spp: scene.settings.spp,
             noise,
-            adaptive: adaptive || scene.settings.adaptive,
-            grows: !adaptive && scene.settings.spp >= GROWS_FROM,
+            adaptive: fixed || scene.settings.adaptive,
+            grows: !fixed && can_grow(&scene.settings),
         }
     }
 }

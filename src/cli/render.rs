@@ -190,6 +190,9 @@ impl Args {
         {
             note(&sentence);
         }
+        if self.farm.shard.is_some() {
+            args.scene.share_evenly();
+        }
         Ok(args)
     }
 
@@ -277,6 +280,13 @@ impl Report<'_> {
         dropped.nan + dropped.infinite + dropped.negative
     }
 
+    /// Whether all pixels have got as many samples.
+    fn is_even(&self) -> bool {
+        let mut counts = self.outcome.film.pixels.iter().map(|pixel| pixel.count);
+        let first = counts.next();
+        counts.all(|count| Some(count) == first)
+    }
+
     /// Mean number of samples that the pixels have got.
     fn samples_per_pixel(&self) -> f64 {
         let pixels = &self.outcome.film.pixels;
@@ -322,7 +332,7 @@ impl Report<'_> {
     fn last_line(&self, outputs: &[Output]) -> String {
         let names: Vec<_> = outputs.iter().map(|o| o.path().display().to_string()).collect();
         let samples = match self.outcome.stopped_by {
-            StopReason::Samples | StopReason::Interrupted if self.scene.settings.adaptive => {
+            StopReason::Samples | StopReason::Interrupted if !self.is_even() => {
                 format!("{:.1} spp, more where there was noise", self.samples_per_pixel())
             }
             StopReason::Samples | StopReason::Interrupted => format!("{} spp", self.scene.settings.spp),

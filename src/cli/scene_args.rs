@@ -51,8 +51,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
-    /// Give noisy parts of the picture more of the samples and clean ones fewer, from 16 per pixel on: --spp is then their
-    /// mean number. Lowers the error at bright noise most; what is dark or smooth may be left with more of it
+    /// Give noisy parts of the picture more of the samples and clean ones fewer, beyond 16 per pixel: --spp is then their
+    /// mean number. The default is true, but for presets and shards
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     adaptive: Option<bool>,
 
@@ -106,6 +106,12 @@ impl SceneArgs {
         let set = named.into_iter().filter_map(|(path, value)| Some((path.to_owned(), value?)));
         let flags = set.map(|(path, value)| Override { path, value }).chain(self.define.iter().cloned());
         self.before.iter().cloned().chain(flags).collect()
+    }
+
+    /// Gives each pixel as many samples, where nobody has asked for more where there is noise: whoever renders a share knows
+    /// nothing of the noise in the others.
+    pub(super) fn share_evenly(&mut self) {
+        self.adaptive.get_or_insert(false);
     }
 
     /// Samples per pixel, if they were asked for.

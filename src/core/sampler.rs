@@ -33,6 +33,13 @@ pub enum SamplerKind {
     Hammersley,
 }
 
+impl SamplerKind {
+    /// Whether a pixel's numbers are the same however many samples it has: those of more go on where those of fewer end.
+    pub fn is_sequence(self) -> bool {
+        matches!(self, Self::Sobol | Self::Independent)
+    }
+}
+
 /// The numbers of one pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {

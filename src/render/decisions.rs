@@ -5,7 +5,8 @@ use super::split::Measured;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A block of pixels by its column and row in the grid of blocks.
+/// A block of pixels by its column and row in the grid of blocks; those that share samples out are smaller than those
+/// that are judged clean.
 pub(super) type Block = (u32, u32);
 
 /// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, and how
@@ -18,7 +19,7 @@ pub struct Decisions {
     pub(super) target: u32,
     /// What was measured in the tiles that either pilot round is done with.
     pub(super) pilot: [Vec<Option<Measured>>; 2],
-    /// What the round that looks for noise has found, block by block, where samples are shared out.
+    /// What the first samples have found, block by block, where samples are shared out.
     #[serde(with = "pairs", default)]
     pub(super) found: BTreeMap<Block, Found>,
     /// Blocks that get no more samples.

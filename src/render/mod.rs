@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use tile::{Tile, tiles};
 
-pub use adaptive::GROWS_FROM;
+pub use adaptive::can_grow;
 pub use aov::aov_channels;
 pub use decisions::Decisions;
 
@@ -218,10 +218,10 @@ impl<'a> Picture<'a> {
         let begin = || State::from(Film::new(scene.camera.resolution, rect).with_guides(guides));
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
-        let by_tile =
-            scene.settings.adaptive || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
-        let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         let samples = options.samples.clone().unwrap_or(0..scene.settings.spp);
+        let by_tile = adaptive::looks_for_noise(&scene.settings, samples.end - samples.start)
+            || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         let total = rect.area() as u64 * u64::from(samples.end - samples.start);
         Self {
             scene,

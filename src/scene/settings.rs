@@ -176,7 +176,8 @@ pub struct Settings {
     /// (the largest channel; the colour is kept). Biased: darker, without the bright dots of rare ways. Off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp_indirect: Option<f32>,
-    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number.
+    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number: from 17 on, since each
+    /// has 16.
     pub adaptive: bool,
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -210,7 +211,7 @@ impl Default for Settings {
             guiding: true,
             highlights: true,
             clamp_indirect: None,
-            adaptive: false,
+            adaptive: true,
             aovs: vec![],
             occlusion: Occlusion::default(),
             sampler: SamplerKind::default(),

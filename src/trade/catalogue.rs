@@ -65,6 +65,7 @@ pub fn base(scene: &Scene, engine: Engine, spp: u32) -> Way {
         .with("settings.direct_light", "\"mis\"")
         .with("settings.sampler", "\"sobol\"")
         .with("settings.occlusion", "\"exact\"")
+        .with("settings.adaptive", scene.settings.adaptive)
 }
 
 impl Catalogue {

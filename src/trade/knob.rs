@@ -240,5 +240,6 @@ fn adaptive(base: &Way) -> Vec<Choice> {
         let way = Way { noise: Some(noise), spp: 4 * base.spp, claim: Claim::Biased, ..base.clone() };
         (format!("noise {noise}"), Ok(way))
     };
-    vec![("even".into(), Ok(base.clone())), threshold(0.1), threshold(0.05)]
+    let shared = |name: &str, on: bool| (name.to_owned(), Ok(base.clone().with("settings.adaptive", on)));
+    vec![shared("by noise", true), shared("even", false), threshold(0.1), threshold(0.05)]
 }
