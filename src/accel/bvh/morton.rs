@@ -1,7 +1,7 @@
 //! The fast builder: references sorted along a Morton curve, whose bits are the splits (Lauterbach et al. 2009, "Fast BVH
 //! Construction on GPUs"), opened 8 wide by count.
 
-use super::binning::{Bounds, Ref, bounds_of};
+use super::boxes::{Bounds, Ref, bounds_of};
 use super::builder::{Build, PARALLEL};
 use super::data::{BLOCK, Child, WIDTH};
 use super::emit::{Piece, Tree};
@@ -38,11 +38,11 @@ pub(super) fn tree(build: &Build<'_>, refs: &[Ref], centers: &Bounds) -> Tree {
 /// Morton codes of the centres: the bits of the axes in turns.
 fn codes(refs: &[Ref], centers: &Bounds) -> Vec<u32> {
     let cells = (1 << BITS) as f32;
-    let scale = cells / (centers.hi - centers.lo);
+    let scale = cells / (centers.hi() - centers.lo());
     // No extent, or one that f32 cannot divide by: all in one cell.
     let scale = Vec4::from_array(scale.to_array().map(|s| if s.is_finite() { s } else { 0.0 }));
     let code = |r: &Ref| {
-        let cell = ((r.center() - centers.lo) * scale).min(Vec4::splat(cells - 1.0)).xyz();
+        let cell = ((r.center() - centers.lo()) * scale).min(Vec4::splat(cells - 1.0)).xyz();
         [cell.x, cell.y, cell.z].map(|x| spread(x as u32)).iter().zip(0..).fold(0, |sum, (b, i)| sum | b << i)
     };
     refs.par_iter().map(code).collect()
@@ -145,7 +145,7 @@ impl Sorted<'_, '_> {
 fn around(parts: &[Bounds]) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for part in parts {
-        bounds.join(part.lo, part.hi);
+        bounds.join(part);
     }
     bounds
 }
