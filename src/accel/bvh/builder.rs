@@ -165,7 +165,7 @@ impl Build<'_> {
     /// The tree below a node: large nodes here, in parallel, and small ones as one piece each.
     fn tree(&self, work: Work<'_>, level: usize) -> Tree {
         if work.count <= PARALLEL || rayon::current_num_threads() == 1 {
-            let mut piece = Piece::with_room(self.primitives, work.items());
+            let mut piece = Piece::with_room(self.primitives, work.items(), work.count);
             let root = self.small(work, level, &mut piece);
             return Tree::Piece(piece, root);
         }
@@ -230,6 +230,11 @@ impl Build<'_> {
             }
         }
         count
+    }
+
+    /// Whether there are triangles and spheres.
+    pub(super) fn is_mixed(&self) -> bool {
+        self.mixed
     }
 
     /// Whether all may lie in one leaf.
@@ -338,4 +343,54 @@ fn extent_parallel(isa: Available, refs: &[Ref]) -> (Bounds, Bounds) {
         a
     };
     refs.par_chunks(CHUNK).map(|chunk| extent_of(isa, chunk)).reduce(|| (Bounds::EMPTY, Bounds::EMPTY), join)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mode::Mode;
+    use super::super::moeller::Fast;
+    use super::*;
+    use crate::geometry::TriangleMesh;
+    use std::sync::Arc;
+
+    /// Triangles here and there: more than one thread moves at a time.
+    fn soup() -> Shape {
+        let mut state = 1u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let count = 3 * CHUNK as u32 + 100;
+        let mut positions = vec![];
+        for _ in 0..count {
+            let corner = Vec3::new(unit(), unit() * unit(), 0.1 * unit());
+            positions.extend([
+                corner,
+                corner + 0.01 * Vec3::new(unit(), unit(), 0.0),
+                corner + 0.01 * Vec3::Z,
+            ]);
+        }
+        let indices = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Shape::Mesh(Arc::new(TriangleMesh::new(positions, indices, vec![], vec![]).expect("a valid mesh")))
+    }
+
+    #[test]
+    fn one_thread_and_three_build_the_same_bits() {
+        let shapes = [soup()];
+        for quality in [Quality::Fast, Quality::Medium] {
+            let build_by = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+                pool.install(|| build(Primitives { shapes: &shapes, kept: Fast::kept }, quality))
+            };
+            let (one, three) = (build_by(1), build_by(3));
+            assert_eq!(one.root, three.root);
+            assert_eq!((one.nodes.len(), one.triangles.len()), (three.nodes.len(), three.triangles.len()));
+            for (a, b) in one.nodes.iter().zip(&three.nodes) {
+                assert_eq!((a.planes, a.children, a.order), (b.planes, b.children, b.order));
+            }
+            for (a, b) in one.triangles.iter().zip(&three.triangles) {
+                assert_eq!(a.prim_ids, b.prim_ids);
+            }
+        }
+    }
 }

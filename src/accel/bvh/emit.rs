@@ -23,15 +23,15 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// Room for the nodes and leaves that so many references usually need.
-    pub(super) fn with_room(primitives: Primitives<'_>, refs: &[Ref]) -> Self {
+    /// Room for the nodes and leaves of `count` of the references: usually enough, and what is not used costs nothing.
+    pub(super) fn with_room(primitives: Primitives<'_>, refs: &[Ref], count: usize) -> Self {
         let spheres = refs
             .first()
             .is_some_and(|first| matches!(primitives.shapes[first.geom_id() as usize], Shape::Spheres(_)));
-        let blocks = refs.len() / 3 + 1;
+        let blocks = count / 2 + 1;
         let [triangles, spheres] = if spheres { [0, blocks] } else { [blocks, 0] };
         Self {
-            nodes: huge::vec_with_capacity(refs.len() / 16 + 1),
+            nodes: huge::vec_with_capacity(count / 8 + 1),
             triangles: huge::vec_with_capacity(triangles),
             spheres: huge::vec_with_capacity(spheres),
         }
