@@ -59,14 +59,29 @@ pub(super) struct Places<S: Simd> {
 }
 
 impl<S: Simd> Places<S> {
-    /// Bins of a centre on the three axes. Rounding to the nearest integer by adding 2^23 leaves that integer in the low
-    /// bits.
+    /// Bins of a centre on the three axes.
     #[inline(always)]
     pub(super) fn bins_of(&self, center: S::F8) -> [usize; 3] {
-        let place = ((center - self.base) * self.scale + self.half + self.integer).to_array();
-        let bin = |x: f32| (x.to_bits().wrapping_sub(0x4b00_0001) as usize) % BINS;
+        let place = self.place(center);
         [bin(place[0]), bin(place[1]), bin(place[2])]
     }
+
+    /// The bin of a centre on one axis.
+    #[inline(always)]
+    pub(super) fn bin_of(&self, center: S::F8, axis: usize) -> usize {
+        bin(self.place(center)[axis % 8])
+    }
+
+    /// Rounding to the nearest integer by adding 2^23 leaves that integer in the low bits.
+    #[inline(always)]
+    fn place(&self, center: S::F8) -> [f32; 8] {
+        ((center - self.base) * self.scale + self.half + self.integer).to_array()
+    }
+}
+
+#[inline(always)]
+fn bin(place: f32) -> usize {
+    (place.to_bits().wrapping_sub(0x4b00_0001) as usize) % BINS
 }
 
 /// Bins before which to split an axis, and what that would cost.
@@ -117,14 +132,27 @@ impl Bins {
     #[inline(always)]
     fn add<S: Simd>(&mut self, simd: S, refs: &[Ref], binner: &Binner) {
         let places = binner.places(simd);
-        for r in refs {
-            let r = r.bounds().load(simd);
-            let bins = places.bins_of(center(simd, r));
-            for axis in 0..3 {
-                let bounds = &mut self.bounds[bins[axis]][axis];
-                *bounds = Bounds::store(r.min(bounds.load(simd)));
-                self.counts[bins[axis]][axis] += 1;
-            }
+        // Neighbours fall into the same bin, and each would wait for the one before: so the halves take turns.
+        let (front, back) = refs.split_at(refs.len() / 2);
+        for (a, b) in front.iter().zip(back) {
+            self.add_one(simd, a, &places);
+            self.add_one(simd, b, &places);
+        }
+        if let [.., last] = refs
+            && refs.len() % 2 == 1
+        {
+            self.add_one(simd, last, &places);
+        }
+    }
+
+    #[inline(always)]
+    fn add_one<S: Simd>(&mut self, simd: S, r: &Ref, places: &Places<S>) {
+        let r = r.bounds().load(simd);
+        let bins = places.bins_of(center(simd, r));
+        for axis in 0..3 {
+            let bounds = &mut self.bounds[bins[axis]][axis];
+            *bounds = Bounds::store(r.min(bounds.load(simd)));
+            self.counts[bins[axis]][axis] += 1;
         }
     }
 

@@ -102,7 +102,7 @@ impl Kernel for Partition<'_> {
             refs[i] = refs[front];
             refs[front].set(r);
             let center = center(simd, r);
-            let is_left = places.bins_of(center)[split.axis % 3] < split.bin;
+            let is_left = places.bin_of(center, split.axis) < split.bin;
             // A centre that is raised to infinity counts nothing.
             let side = usize::from(is_left);
             left = center.max(simd.splat8(RAISED[1 - side])).min(left);
