@@ -1,143 +1,87 @@
 //! The surface area heuristic over bins (Wald 2007, "On fast Construction of SAH-based Bounding Volume
-//! Hierarchies"): boxes, references, bins and the best plane among them.
+//! Hierarchies"): bins, and the best plane among them.
 
+use super::boxes::{Bounds, Ref, center};
 use super::data::BLOCK;
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use super::simd::{Available, Kernel, Lanes, Simd};
 
 /// Bins an axis.
 pub(super) const BINS: usize = 16;
 
-/// A box in two vectors of four, whose last components mean nothing.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    pub(super) lo: Vec4,
-    pub(super) hi: Vec4,
-}
-
-impl Bounds {
-    pub(super) const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
-
-    #[inline(always)]
-    pub(super) fn join(&mut self, lo: Vec4, hi: Vec4) {
-        self.lo = self.lo.min(lo);
-        self.hi = self.hi.max(hi);
-    }
-
-    /// Half the surface area; zero for an empty box.
-    #[inline(always)]
-    pub(super) fn half_area(&self) -> f32 {
-        let d = (self.hi - self.lo).max(Vec4::ZERO);
-        let p = d * d.yzxw();
-        p.x + p.y + p.z
-    }
-
-    /// The part in common with another box.
-    pub(super) fn intersection(&self, o: &Self) -> Self {
-        Self { lo: self.lo.max(o.lo), hi: self.hi.min(o.hi) }
-    }
-
-    /// Whether `lo <= hi` on the three axes.
-    pub(super) fn is_valid(&self) -> bool {
-        self.lo.xyz().cmple(self.hi.xyz()).all()
-    }
-}
-
-/// A primitive, or with spatial splits a part of one: its box and its ids.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ref {
-    /// Least corner; the last component carries the bits of the primitive's id.
-    lo: Vec4,
-    /// Greatest corner; the last component carries the bits of the geometry's id.
-    hi: Vec4,
-}
-
-impl Ref {
-    pub(super) const NONE: Self = Self { lo: Vec4::ZERO, hi: Vec4::ZERO };
-
-    pub(super) fn new(lo: Vec3, hi: Vec3, geom_id: u32, prim_id: u32) -> Self {
-        Self { lo: lo.extend(f32::from_bits(prim_id)), hi: hi.extend(f32::from_bits(geom_id)) }
-    }
-
-    pub(super) fn geom_id(&self) -> u32 {
-        self.hi.w.to_bits()
-    }
-
-    pub(super) fn prim_id(&self) -> u32 {
-        self.lo.w.to_bits()
-    }
-
-    #[inline(always)]
-    pub(super) fn bounds(&self) -> Bounds {
-        Bounds { lo: self.lo, hi: self.hi }
-    }
-
-    /// The same primitive with a smaller box.
-    pub(super) fn with_bounds(&self, b: &Bounds) -> Self {
-        Self::new(b.lo.xyz(), b.hi.xyz(), self.geom_id(), self.prim_id())
-    }
-
-    /// Centre of the box; halves first, so that huge coordinates do not overflow.
-    #[inline(always)]
-    pub(super) fn center(&self) -> Vec4 {
-        0.5 * self.lo + 0.5 * self.hi
-    }
-}
-
-/// Box around the boxes.
-pub(super) fn bounds_of(refs: &[Ref]) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    for r in refs {
-        bounds.join(r.lo, r.hi);
-    }
-    bounds
-}
-
-/// Box around the centres.
-pub(super) fn centers_of(refs: &[Ref]) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    for r in refs {
-        let center = r.center();
-        bounds.join(center, center);
-    }
-    bounds
-}
-
 /// Blocks that `count` primitives fill: what the heuristic counts, since a block is tested at once.
 #[inline(always)]
-pub(super) fn blocks(count: usize) -> f32 {
-    count.div_ceil(BLOCK) as f32
+pub(super) fn blocks(count: u32) -> f32 {
+    count.div_ceil(BLOCK as u32) as f32
 }
 
 /// The map from centres to bins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Binner {
-    base: Vec4,
+    centers: Bounds,
     /// Zero for an axis without extent (or with one that f32 cannot divide by).
-    scale: Vec4,
-    bins: usize,
+    scale: [f32; 3],
+    pub(super) bins: usize,
 }
 
 impl Binner {
+    #[inline(always)]
     pub(super) fn new(centers: &Bounds, bins: usize) -> Self {
-        let scale = (0.999 * bins as f32) / (centers.hi - centers.lo);
-        let scale =
-            Vec4::from_array(scale.to_array().map(|s| if s.is_finite() && s > 0.0 { s } else { 0.0 }));
-        Self { base: centers.lo, scale, bins }
+        let scale = (0.999 * bins as f32) / (centers.hi() - centers.lo());
+        let scale = [scale.x, scale.y, scale.z].map(|s| if s.is_finite() && s > 0.0 { s } else { 0.0 });
+        Self { centers: *centers, scale, bins }
     }
 
-    /// Bins of the three axes. Rounding to the nearest integer by adding 2^23 leaves that integer in the low bits.
-    #[inline(always)]
-    pub(super) fn bins_of(&self, r: &Ref) -> [usize; 3] {
-        let place = (r.center() - self.base) * self.scale + Vec4::splat(0.5001) + Vec4::splat(8_388_608.0);
-        let bin = |x: f32| (x.to_bits().wrapping_sub(0x4b00_0001) as usize) % BINS;
-        [bin(place.x), bin(place.y), bin(place.z)]
+    /// Whether the centres differ on an axis.
+    pub(super) fn has(&self, axis: usize) -> bool {
+        self.scale[axis] > 0.0
     }
 
-    /// Whether the reference goes to the left.
     #[inline(always)]
-    pub(super) fn is_left(&self, r: &Ref, split: &Split) -> bool {
-        self.bins_of(r)[split.axis % 3] < split.bin
+    pub(super) fn places<S: Simd>(&self, simd: S) -> Places<S> {
+        let [x, y, z] = self.scale;
+        let half = simd.splat8(0.5001);
+        Places {
+            base: self.centers.load(simd),
+            scale: simd.load8(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            half,
+            integer: simd.splat8(8_388_608.0),
+        }
     }
+}
+
+/// The same in the registers of an instruction set.
+#[derive(Clone, Copy)]
+pub(super) struct Places<S: Simd> {
+    base: S::F8,
+    scale: S::F8,
+    half: S::F8,
+    integer: S::F8,
+}
+
+impl<S: Simd> Places<S> {
+    /// Bins of a centre on the three axes.
+    #[inline(always)]
+    pub(super) fn bins_of(&self, center: S::F8) -> [usize; 3] {
+        let place = self.place(center);
+        [bin(place[0]), bin(place[1]), bin(place[2])]
+    }
+
+    /// The bin of a centre on one axis.
+    #[inline(always)]
+    pub(super) fn bin_of(&self, center: S::F8, axis: usize) -> usize {
+        bin(self.place(center)[axis % 8])
+    }
+
+    /// Rounding to the nearest integer by adding 2^23 leaves that integer in the low bits.
+    #[inline(always)]
+    fn place(&self, center: S::F8) -> [f32; 8] {
+        ((center - self.base) * self.scale + self.half + self.integer).to_array()
+    }
+}
+
+#[inline(always)]
+fn bin(place: f32) -> usize {
+    (place.to_bits().wrapping_sub(0x4b00_0001) as usize) % BINS
 }
 
 /// Bins before which to split an axis, and what that would cost.
@@ -159,16 +103,7 @@ pub(super) struct Side {
 }
 
 impl Side {
-    pub(super) const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
-
-    pub(super) fn cost(&self) -> f32 {
-        self.bounds.half_area() * blocks(self.count)
-    }
-
-    fn join(&mut self, bounds: &Bounds, count: u32) {
-        self.bounds.join(bounds.lo, bounds.hi);
-        self.count += count as usize;
-    }
+    const EMPTY: Self = Self { bounds: Bounds::EMPTY, count: 0 };
 }
 
 impl Split {
@@ -176,70 +111,176 @@ impl Split {
         Self { axis: 0, bin: 0, cost: f32::INFINITY, left: Side::EMPTY, right: Side::EMPTY };
 }
 
-/// References counted into the bins of each axis; spatial splits count where they begin and where they end.
+/// Numbers of references by bin and axis.
+pub(super) type Counts = [[u32; 3]; BINS];
+
+/// References counted into the bins of each axis, and boxes around what lies in them.
 #[derive(Clone)]
 pub(super) struct Bins {
-    pub(super) bounds: [[Bounds; BINS]; 3],
-    pub(super) begins: [[u32; BINS]; 3],
-    pub(super) ends: [[u32; BINS]; 3],
+    pub(super) bounds: [[Bounds; 3]; BINS],
+    pub(super) counts: Counts,
 }
 
 impl Bins {
-    pub(super) const EMPTY: Self =
-        Self { bounds: [[Bounds::EMPTY; BINS]; 3], begins: [[0; BINS]; 3], ends: [[0; BINS]; 3] };
+    pub(super) const EMPTY: Self = Self { bounds: [[Bounds::EMPTY; 3]; BINS], counts: [[0; 3]; BINS] };
 
     /// Counts references by their centres.
-    pub(super) fn count(refs: &[Ref], binner: &Binner) -> Self {
-        let mut bins = Self::EMPTY;
-        for r in refs {
-            let place = binner.bins_of(r);
-            for axis in 0..3 {
-                let bin = place[axis] % BINS;
-                bins.bounds[axis][bin].join(r.lo, r.hi);
-                bins.begins[axis][bin] += 1;
-            }
+    pub(super) fn count(isa: Available, refs: &[Ref], binner: &Binner) -> Self {
+        isa.run(Count { refs, binner })
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, refs: &[Ref], binner: &Binner) {
+        let places = binner.places(simd);
+        // Neighbours fall into the same bin, and each would wait for the one before: so the halves take turns.
+        let (front, back) = refs.split_at(refs.len() / 2);
+        for (a, b) in front.iter().zip(back) {
+            self.add_one(simd, a, &places);
+            self.add_one(simd, b, &places);
         }
-        bins.ends = bins.begins;
-        bins
+        if let [.., last] = refs
+            && refs.len() % 2 == 1
+        {
+            self.add_one(simd, last, &places);
+        }
+    }
+
+    #[inline(always)]
+    fn add_one<S: Simd>(&mut self, simd: S, r: &Ref, places: &Places<S>) {
+        let r = r.bounds().load(simd);
+        let bins = places.bins_of(center(simd, r));
+        for axis in 0..3 {
+            let bounds = &mut self.bounds[bins[axis]][axis];
+            *bounds = Bounds::store(r.min(bounds.load(simd)));
+            self.counts[bins[axis]][axis] += 1;
+        }
     }
 
     /// Adds the counts of another part of the references.
     pub(super) fn merge(mut self, o: &Self) -> Self {
-        for axis in 0..3 {
-            for bin in 0..BINS {
-                self.bounds[axis][bin].join(o.bounds[axis][bin].lo, o.bounds[axis][bin].hi);
-                self.begins[axis][bin] += o.begins[axis][bin];
-                self.ends[axis][bin] += o.ends[axis][bin];
+        for bin in 0..BINS {
+            for axis in 0..3 {
+                self.bounds[bin][axis].join(&o.bounds[bin][axis]);
+                self.counts[bin][axis] += o.counts[bin][axis];
             }
         }
         self
     }
 
-    /// The cheapest place to split an axis into bins before `bin` and the rest.
-    pub(super) fn best_split(&self, used: impl Fn(usize) -> bool, bins: usize) -> Split {
-        let mut best = Split::NONE;
-        for axis in (0..3).filter(|&axis| used(axis)) {
-            let mut rights = [Side::EMPTY; BINS];
-            let mut right = Side::EMPTY;
-            for bin in (1..bins).rev() {
-                right.join(&self.bounds[axis][bin], self.ends[axis][bin]);
-                rights[bin] = right;
-            }
-            let mut left = Side::EMPTY;
-            for bin in 1..bins {
-                left.join(&self.bounds[axis][bin - 1], self.begins[axis][bin - 1]);
-                let right = &rights[bin];
-                let cost = left.cost() + right.cost();
-                if left.count > 0 && right.count > 0 && cost < best.cost {
-                    best = Split { axis, bin, cost, left, right: *right };
-                }
+    /// The cheapest place to split an axis into bins before `bin` and the rest. What lies in the bins before a plane
+    /// begins in them (`counts`), and what lies in the others ends in them (`ends`).
+    #[inline(always)]
+    fn split<S: Simd>(&self, simd: S, ends: &Counts, bins: usize, used: [bool; 3]) -> Split {
+        let mut rights = [[0.0; 3]; BINS];
+        let mut sides = [Growing::new(simd); 3];
+        for bin in (1..bins).rev() {
+            for axis in 0..3 {
+                sides[axis].join(self.bounds[bin][axis].load(simd), ends[bin][axis]);
+                rights[bin][axis] = if used[axis] { sides[axis].cost() } else { f32::INFINITY };
             }
         }
-        best
+        let mut best = (f32::INFINITY, 0, 0);
+        let mut sides = [Growing::new(simd); 3];
+        for bin in 1..bins {
+            for axis in 0..3 {
+                sides[axis].join(self.bounds[bin - 1][axis].load(simd), self.counts[bin - 1][axis]);
+                let cost = sides[axis].cost() + rights[bin][axis];
+                best = if cost < best.0 { (cost, axis, bin) } else { best };
+            }
+        }
+        let (cost, axis, bin) = best;
+        if cost == f32::INFINITY {
+            return Split::NONE;
+        }
+        let mut sides = [Growing::new(simd); 2];
+        for (i, bounds) in self.bounds[..bins].iter().enumerate() {
+            let (side, counts) = if i < bin { (&mut sides[0], &self.counts) } else { (&mut sides[1], ends) };
+            side.join(bounds[axis].load(simd), counts[i][axis]);
+        }
+        let [left, right] =
+            sides.map(|side| Side { bounds: Bounds::store(side.bounds), count: side.count as usize });
+        Split { axis, bin, cost, left, right }
+    }
+}
+
+/// A side that gets bin after bin.
+#[derive(Clone, Copy)]
+struct Growing<F> {
+    bounds: F,
+    count: u32,
+}
+
+impl<F: Lanes<8>> Growing<F> {
+    #[inline(always)]
+    fn new<S: Simd<F8 = F>>(simd: S) -> Self {
+        Self { bounds: simd.splat8(f32::INFINITY), count: 0 }
     }
 
-    /// The best split by centres.
-    pub(super) fn best_object_split(&self, binner: &Binner) -> Split {
-        self.best_split(|axis| binner.scale[axis] > 0.0, binner.bins)
+    #[inline(always)]
+    fn join(&mut self, bounds: F, count: u32) {
+        self.bounds = bounds.min(self.bounds);
+        self.count += count;
+    }
+
+    /// Infinite for nothing: no side of a split may be empty.
+    #[inline(always)]
+    fn cost(&self) -> f32 {
+        let [x, y, z, _, far_x, far_y, far_z, _] = self.bounds.to_array();
+        let (x, y, z) = (-far_x - x, -far_y - y, -far_z - z);
+        if self.count == 0 { f32::INFINITY } else { (x * y + y * z + z * x) * blocks(self.count) }
+    }
+}
+
+struct Count<'a> {
+    refs: &'a [Ref],
+    binner: &'a Binner,
+}
+
+impl Kernel for Count<'_> {
+    type Output = Bins;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Bins {
+        let mut bins = Bins::EMPTY;
+        bins.add(simd, self.refs, self.binner);
+        bins
+    }
+}
+
+/// The best split of references by their centres, from their bins where these are known.
+pub(super) struct ObjectSplit<'a> {
+    pub(super) refs: &'a [Ref],
+    pub(super) binner: &'a Binner,
+    pub(super) bins: Option<Bins>,
+}
+
+impl Kernel for ObjectSplit<'_> {
+    type Output = Split;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Split {
+        let used = [0, 1, 2].map(|axis| self.binner.has(axis));
+        if let Some(bins) = self.bins {
+            return bins.split(simd, &bins.counts, self.binner.bins, used);
+        }
+        let mut bins = Bins::EMPTY;
+        bins.add(simd, self.refs, self.binner);
+        bins.split(simd, &bins.counts, self.binner.bins, used)
+    }
+}
+
+/// The best split among all bins, where references may begin in one and end in another.
+pub(super) struct SpatialSplit<'a> {
+    pub(super) bins: &'a Bins,
+    pub(super) ends: &'a Counts,
+    pub(super) used: [bool; 3],
+}
+
+impl Kernel for SpatialSplit<'_> {
+    type Output = Split;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Split {
+        self.bins.split(simd, self.ends, BINS, self.used)
     }
 }

@@ -1,6 +1,6 @@
 //! Nodes and leaf blocks as they are kept, made piece by piece and put together in the order of the tree.
 
-use super::binning::{Bounds, Ref};
+use super::boxes::{Bounds, Ref};
 use super::data::{BLOCK, Child, Hierarchy, Node, SphereBlock, TriangleBlock, WIDTH};
 use super::huge;
 use super::ray::SLACK;
@@ -23,6 +23,20 @@ pub(super) struct Piece {
 }
 
 impl Piece {
+    /// Room for the nodes and leaves of `count` of the references: usually enough, and what is not used costs nothing.
+    pub(super) fn with_room(primitives: Primitives<'_>, refs: &[Ref], count: usize) -> Self {
+        let spheres = refs
+            .first()
+            .is_some_and(|first| matches!(primitives.shapes[first.geom_id() as usize], Shape::Spheres(_)));
+        let blocks = count / 2 + 1;
+        let [triangles, spheres] = if spheres { [0, blocks] } else { [blocks, 0] };
+        Self {
+            nodes: huge::vec_with_capacity(count / 8 + 1),
+            triangles: huge::vec_with_capacity(triangles),
+            spheres: huge::vec_with_capacity(spheres),
+        }
+    }
+
     /// Room for a node whose children come after it.
     pub(super) fn reserve_node(&mut self) -> usize {
         self.nodes.push(Node::EMPTY);
@@ -33,10 +47,11 @@ impl Piece {
     pub(super) fn set_node(&mut self, index: usize, bounds: &[Bounds], children: &[Child]) {
         let node = &mut self.nodes[index];
         for (slot, (bounds, &child)) in bounds.iter().zip(children).enumerate() {
-            let slack = SLACK * bounds.lo.abs().max(bounds.hi.abs()).xyz().max_element();
+            let (lo, hi) = (bounds.lo(), bounds.hi());
+            let slack = SLACK * lo.abs().max(hi.abs()).xyz().max_element();
             for (axis, planes) in node.planes.iter_mut().enumerate() {
-                planes[0][slot] = bounds.lo[axis] - slack;
-                planes[1][slot] = bounds.hi[axis] + slack;
+                planes[0][slot] = lo[axis] - slack;
+                planes[1][slot] = hi[axis] + slack;
             }
             node.children[slot] = child;
         }
@@ -97,34 +112,41 @@ fn sphere_block(shapes: &[Shape], refs: &[Ref]) -> SphereBlock {
 /// For each octant the children from the farthest to the nearest, by the corners' middle along its diagonal; empty
 /// slots count as farthest. The opposite octant has the opposite order among the children that there are.
 fn octant_orders(bounds: &[Bounds]) -> [u32; WIDTH] {
-    let mut middles = [[f32::INFINITY; WIDTH]; 3];
+    let mut middles = [[0.0; WIDTH]; 3];
     for (slot, b) in bounds.iter().enumerate() {
+        let middle_of_box = b.lo() + b.hi();
         for (axis, middle) in middles.iter_mut().enumerate() {
-            middle[slot] = b.lo[axis] + b.hi[axis];
+            middle[slot] = middle_of_box[axis];
         }
     }
+    let count = bounds.len();
+    let empty = WIDTH - count;
     let mut order = [0; WIDTH];
-    for octant in 0..8u32 {
+    for (place, order) in order[..empty].iter_mut().enumerate() {
+        *order = (0..8).fold(0, |bits, octant| bits | ((count + place) as u32) << (3 * octant));
+    }
+    for octant in 0..4u32 {
         let [x, y, z] = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 });
-        let mut far = [i32::MAX; WIDTH];
-        for slot in 0..bounds.len() {
-            far[slot] = ordered(x * middles[0][slot] + y * middles[1][slot] + z * middles[2][slot]);
-        }
+        let far: [i32; WIDTH] = core::array::from_fn(|slot| {
+            ordered(x * middles[0][slot] + y * middles[1][slot] + z * middles[2][slot])
+        });
         // A slot's place is the number of those before it: no branches, where sorting has many.
-        for slot in 0..WIDTH {
-            let comes_before =
-                |other: usize| far[other] > far[slot] || far[other] == far[slot] && other < slot;
-            let place = (0..WIDTH).filter(|&other| comes_before(other)).count();
-            order[place] |= (slot as u32) << (3 * octant);
+        for slot in 0..count {
+            let mut before = 0;
+            for other in 0..count {
+                before += usize::from(far[other] > far[slot] || far[other] == far[slot] && other < slot);
+            }
+            order[empty + before] |= (slot as u32) << (3 * octant);
+            order[WIDTH - 1 - before] |= (slot as u32) << (3 * (7 - octant));
         }
     }
     order
 }
 
-/// An integer that is ordered as the number is, NaN included, but below that of an empty slot.
+/// An integer that is ordered as the number is, NaN included.
 fn ordered(x: f32) -> i32 {
     let bits = x.to_bits() as i32;
-    (bits ^ (bits >> 31 & i32::MAX)).min(i32::MAX - 1)
+    bits ^ (bits >> 31 & i32::MAX)
 }
 
 /// Pieces below the nodes whose children were built in parallel.
@@ -138,6 +160,13 @@ pub(super) enum Tree {
 impl Tree {
     /// One hierarchy of all pieces, depth first.
     pub(super) fn assemble(self, extent: f32) -> Hierarchy {
+        if let Self::Piece(piece, root) = self {
+            let Piece { mut nodes, mut triangles, mut spheres } = piece;
+            nodes.shrink_to_fit();
+            triangles.shrink_to_fit();
+            spheres.shrink_to_fit();
+            return Hierarchy { root, extent, nodes, triangles, spheres };
+        }
         let [nodes, triangles, spheres] = self.sizes();
         let mut all = Piece {
             nodes: huge::vec_with_capacity(nodes),

@@ -10,6 +10,7 @@
 
 mod batch;
 mod binning;
+mod boxes;
 mod builder;
 mod data;
 mod emit;
@@ -20,6 +21,7 @@ mod moeller;
 mod morton;
 mod occlusion;
 mod packet;
+mod partition;
 mod ray;
 mod rows;
 mod simd;

@@ -1,7 +1,7 @@
 //! The fast builder: references sorted along a Morton curve, whose bits are the splits (Lauterbach et al. 2009, "Fast BVH
 //! Construction on GPUs"), opened 8 wide by count.
 
-use super::binning::{Bounds, Ref, bounds_of};
+use super::boxes::{Bounds, Ref, bounds_of};
 use super::builder::{Build, PARALLEL};
 use super::data::{BLOCK, Child, WIDTH};
 use super::emit::{Piece, Tree};
@@ -15,37 +15,37 @@ const BITS: u32 = 10;
 /// Bits of a digit of the sort: three passes over a code.
 const DIGIT: u32 = 10;
 
-/// References in the order of their codes.
+/// References, and in the order of their codes these and, in the lower half, the references' indices.
 struct Sorted<'b, 's> {
     build: &'b Build<'s>,
-    refs: Vec<Ref>,
-    codes: Vec<u32>,
+    refs: &'b [Ref],
+    keys: Vec<u64>,
 }
 
 /// The tree over all references, whose centres lie in a box.
 pub(super) fn tree(build: &Build<'_>, refs: &[Ref], centers: &Bounds) -> Tree {
-    let mut keys: Vec<u64> =
-        (0u64..).zip(codes(refs, centers)).map(|(index, code)| u64::from(code) << 32 | index).collect();
+    let mut keys: Vec<u64> = (0..refs.len())
+        .into_par_iter()
+        .zip(codes(refs, centers))
+        .map(|(index, code)| u64::from(code) << 32 | index as u64)
+        .collect();
     sort(&mut keys);
-    let sorted = Sorted {
-        build,
-        refs: keys.par_iter().map(|&key| refs[key as u32 as usize]).collect(),
-        codes: keys.iter().map(|&key| (key >> 32) as u32).collect(),
-    };
+    let sorted = Sorted { build, refs, keys };
     sorted.tree(0..refs.len()).0
 }
 
 /// Morton codes of the centres: the bits of the axes in turns.
-fn codes(refs: &[Ref], centers: &Bounds) -> Vec<u32> {
+fn codes(refs: &[Ref], centers: &Bounds) -> impl IndexedParallelIterator<Item = u32> {
     let cells = (1 << BITS) as f32;
-    let scale = cells / (centers.hi - centers.lo);
+    let scale = cells / (centers.hi() - centers.lo());
     // No extent, or one that f32 cannot divide by: all in one cell.
     let scale = Vec4::from_array(scale.to_array().map(|s| if s.is_finite() { s } else { 0.0 }));
-    let code = |r: &Ref| {
-        let cell = ((r.center() - centers.lo) * scale).min(Vec4::splat(cells - 1.0)).xyz();
+    let base = centers.lo();
+    let code = move |r: &Ref| {
+        let cell = ((r.center() - base) * scale).min(Vec4::splat(cells - 1.0)).xyz();
         [cell.x, cell.y, cell.z].map(|x| spread(x as u32)).iter().zip(0..).fold(0, |sum, (b, i)| sum | b << i)
     };
-    refs.par_iter().map(code).collect()
+    refs.par_iter().map(code)
 }
 
 /// Two zeros before each of ten bits.
@@ -80,8 +80,8 @@ fn sort(keys: &mut Vec<u64>) {
 impl Sorted<'_, '_> {
     /// The tree over a range and its box: large nodes in parallel, and small ones as one piece each.
     fn tree(&self, range: Range<usize>) -> (Tree, Bounds) {
-        if range.len() <= PARALLEL {
-            let mut piece = Piece::default();
+        if range.len() <= PARALLEL || rayon::current_num_threads() == 1 {
+            let mut piece = Piece::with_room(self.build.primitives, self.refs, range.len());
             let (root, bounds) = self.small(range, &mut piece);
             return (Tree::Piece(piece, root), bounds);
         }
@@ -94,7 +94,8 @@ impl Sorted<'_, '_> {
     /// The same on one thread, straight into nodes.
     fn small(&self, range: Range<usize>, piece: &mut Piece) -> (Child, Bounds) {
         if self.is_leaf(&range) {
-            let refs = &self.refs[range];
+            let (refs, count) = self.leaf(&range);
+            let refs = &refs[..count];
             return (piece.leaf(self.build.primitives, refs), bounds_of(refs));
         }
         let node = piece.reserve_node();
@@ -110,7 +111,20 @@ impl Sorted<'_, '_> {
     }
 
     fn is_leaf(&self, range: &Range<usize>) -> bool {
-        range.len() <= BLOCK && self.build.is_uniform(&self.refs[range.clone()])
+        if range.len() > BLOCK || !self.build.is_mixed() {
+            return range.len() <= BLOCK;
+        }
+        let (refs, count) = self.leaf(range);
+        self.build.is_uniform(&refs[..count])
+    }
+
+    /// The references of a range of at most a block, and their number.
+    fn leaf(&self, range: &Range<usize>) -> ([Ref; BLOCK], usize) {
+        let mut refs = [Ref::NONE; BLOCK];
+        for (r, &key) in refs.iter_mut().zip(&self.keys[range.clone()]) {
+            *r = self.refs[key as u32 as usize];
+        }
+        (refs, range.len())
     }
 
     /// Up to eight parts of a range: the one with the most references is split first. At each level either the part
@@ -132,20 +146,20 @@ impl Sorted<'_, '_> {
 
     /// Where the highest bit that differs within a range changes; the middle if none does.
     fn middle(&self, range: &Range<usize>) -> usize {
-        let codes = &self.codes[range.clone()];
-        let differing = codes[0] ^ codes[codes.len() - 1];
+        let keys = &self.keys[range.clone()];
+        let differing = (keys[0] ^ keys[keys.len() - 1]) >> 32;
         if differing == 0 {
             return range.start + range.len() / 2;
         }
-        let bit = 1 << differing.ilog2();
-        range.start + codes.partition_point(|code| code & bit == 0)
+        let bit = 1 << (32 + differing.ilog2());
+        range.start + keys.partition_point(|key| key & bit == 0)
     }
 }
 
 fn around(parts: &[Bounds]) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     for part in parts {
-        bounds.join(part.lo, part.hi);
+        bounds.join(part);
     }
     bounds
 }

@@ -138,3 +138,58 @@ fn length<F: Lanes<EIGHT>>([x, y, z]: [F; 3]) -> F {
 fn tamed(rays: [&Ray; EIGHT], usual: u32) -> [Ray; EIGHT] {
     core::array::from_fn(|i| if usual >> i & 1 == 1 { *rays[i] } else { unusual(rays[i]).0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::bvh::ray::Prepared;
+    use crate::accel::bvh::simd::Portable;
+    use crate::accel::bvh::watertight::{AXES, Watertight};
+    use glam::{Vec3, Vec3A};
+
+    fn rays() -> Vec<Ray> {
+        let mut state = 1u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let mut vec3 = || Vec3::new(unit(), unit(), unit());
+        let mut rays: Vec<Ray> = (0..24).map(|_| Ray { t_max: 2.0, ..Ray::new(vec3(), vec3()) }).collect();
+        rays[3] = Ray::inactive();
+        for (ray, dir) in rays[8..].iter_mut().zip([
+            Vec3::new(1.0, 1.0, 1.0),
+            Vec3::new(-0.0, 0.5, -0.5),
+            Vec3::new(0.5, -0.0, 0.5),
+            Vec3::new(1.0, -1.0, 0.25),
+            Vec3::new(1e-30, 2e-30, 0.0),
+            Vec3::new(1e30, 0.0, 1e30),
+            Vec3::new(f32::NAN, 1.0, 1.0),
+            Vec3::NEG_Z,
+        ]) {
+            (ray.dir, ray.t_max) = (dir, f32::INFINITY);
+        }
+        rays
+    }
+
+    #[test]
+    fn rows_hold_the_numbers_of_a_single_ray() {
+        let (rays, mut rows) = (rays(), Rows::EMPTY);
+        for (k, eight) in rays.chunks(EIGHT).enumerate() {
+            rows.set::<_, Watertight>(Portable, k * EIGHT, core::array::from_fn(|i| &eight[i]));
+        }
+        for (i, ray) in rays.iter().enumerate() {
+            let single = Prepared::<Watertight>::new(ray);
+            let bits = |v: [f32; 3]| v.map(f32::to_bits);
+            let row = |rows: &[Row; 3]| bits(rows.map(|row| row[i]));
+            let line = |from: usize| bits([0, 1, 2].map(|k| rows.lines[from + k][i]));
+            let vector = |v: Vec3A| bits(v.to_array());
+            assert_eq!(row(&rows.origin), vector(single.origin), "origin of {ray:?}");
+            assert_eq!(row(&rows.dir), vector(single.dir), "direction of {ray:?}");
+            assert_eq!(row(&rows.rcp), vector(single.slabs.rcp), "reciprocal of {ray:?}");
+            assert_eq!(AXES[usize::from(rows.axes[i])], single.line.axes, "axes of {ray:?}");
+            assert_eq!(line(0), vector(single.line.origin), "sorted origin of {ray:?}");
+            assert_eq!(line(3), vector(single.line.shear), "shear of {ray:?}");
+            assert_eq!([rows.t_min[i], rows.t_max[i]], [single.t_min, single.t_max], "interval of {ray:?}");
+        }
+    }
+}

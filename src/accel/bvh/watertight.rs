@@ -21,11 +21,11 @@ pub(super) struct Watertight;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     /// The axes in the order of the shear: `axes[2]` is the one along which the ray is fastest.
-    axes: [usize; 3],
+    pub(super) axes: [usize; 3],
     /// The origin by these axes.
-    origin: Vec3A,
+    pub(super) origin: Vec3A,
     /// `dir[axes[0]] / dir[axes[2]]`, `dir[axes[1]] / dir[axes[2]]`, `1 / dir[axes[2]]`.
-    shear: Vec3A,
+    pub(super) shear: Vec3A,
 }
 
 /// The same over lanes that hold one ray or many.

@@ -183,6 +183,8 @@ pub(super) trait Simd: Copy {
     fn pair8(self, a: f32, b: f32) -> Self::F8;
     /// Four floats from memory, then four others.
     fn join8(self, low: &[f32; 4], high: &[f32; 4]) -> Self::F8;
+    /// Lanes 4 to 7, then 0 to 3.
+    fn swap_halves(self, v: Self::F8) -> Self::F8;
 
     /// The lanes whose bits are set.
     fn mask8(self, bits: u32) -> <Self::F8 as Lanes<8>>::Mask;

@@ -151,6 +151,10 @@ impl Simd for Portable {
         Array([l[0], l[1], l[2], l[3], h[0], h[1], h[2], h[3]])
     }
     #[inline(always)]
+    fn swap_halves(self, Array([a, b, c, d, e, f, g, h]): Array<8>) -> Array<8> {
+        Array([e, f, g, h, a, b, c, d])
+    }
+    #[inline(always)]
     fn mask8(self, bits: u32) -> Bits {
         Bits(bits)
     }

@@ -226,7 +226,7 @@ lanes! { Avx8, 8,
 }
 
 macro_rules! tokens {
-    ($($token:ident $f4:ident $f8:ident |$p:ident| $load:expr, |$x:ident| $splat:expr, |$a:ident, $b:ident| $pair:expr, |$lo:ident, $hi:ident| $join:expr, |$o:ident, $s:ident, $l:ident, $m:ident| $pack:expr;)*) => { $(
+    ($($token:ident $f4:ident $f8:ident |$p:ident| $load:expr, |$x:ident| $splat:expr, |$a:ident, $b:ident| $pair:expr, |$lo:ident, $hi:ident| $join:expr, |$w:ident| $swap:expr, |$o:ident, $s:ident, $l:ident, $m:ident| $pack:expr;)*) => { $(
         impl Simd for $token {
             type F4 = $f4;
             type F8 = $f8;
@@ -264,6 +264,10 @@ macro_rules! tokens {
                 unsafe { $join }
             }
             #[inline(always)]
+            fn swap_halves(self, $w: $f8) -> $f8 {
+                $swap
+            }
+            #[inline(always)]
             fn mask8(self, bits: u32) -> $f8 {
                 let lane = |i: u32| f32::from_bits((bits >> i & 1).wrapping_neg());
                 self.load8(&[lane(0), lane(1), lane(2), lane(3), lane(4), lane(5), lane(6), lane(7)])
@@ -288,9 +292,12 @@ tokens! {
         |a, b| Avx8(_mm256_blend_ps::<0xf0>(_mm256_set1_ps(a), _mm256_set1_ps(b))),
         |low, high| Avx8(_mm256_insertf128_ps::<1>(_mm256_castps128_ps256(_mm_loadu_ps(low)), _mm_loadu_ps(high))),
         // SAFETY: the token proves the features.
+        |v| Avx8(unsafe { _mm256_permute2f128_ps::<1>(v.0, v.0) }),
+        // SAFETY: the token proves the features.
         |order, shift, lanes, marks| unsafe { pack_avx2(order, shift, lanes, marks.0) };
     Sse2 Sse4 Sse8 |p| Sse8(_mm_loadu_ps(p), _mm_loadu_ps(p.add(4))), |x| Sse8(_mm_set1_ps(x), _mm_set1_ps(x)),
         |a, b| Sse8(_mm_set1_ps(a), _mm_set1_ps(b)), |low, high| Sse8(_mm_loadu_ps(low), _mm_loadu_ps(high)),
+        |v| Sse8(v.1, v.0),
         |order, shift, lanes, marks| pack(order, shift, lanes, marks.to_array().map(f32::to_bits));
 }
 
