@@ -109,7 +109,7 @@ sinfo
 
 # --- a picture ---
 cat >"$work/scene.toml" <<'SCENE'
-settings = { spp = 8000, max_depth = 3 }
+settings = { spp = 8000, max_depth = 3, adaptive = false }
 camera = { resolution = [64, 48], eye = [0, 1, 5], look_at = [0, 0, 0] }
 environment = { type = "gradient", nadir = [0.1, 0.2, 0.1], horizon = [0.5, 0.6, 0.9], zenith = [2, 1.5, 1] }
 [materials.shiny]
