@@ -3,7 +3,7 @@
 
 use super::binning::{BINS, Bins, SpatialSplit, Split};
 use super::boxes::{Bounds, Ref};
-use super::simd::{Available, Kernel, Lanes, Simd};
+use super::simd::{Available, Kernel, Lanes, Mask, Simd};
 use crate::geometry::Shape;
 use glam::{Vec3, Vec4};
 
@@ -141,7 +141,7 @@ impl Kernel for Sides<'_> {
     }
 }
 
-/// Four numbers, and the same negated: what the number of a box are relative to.
+/// Four numbers and the same negated, as a box has its corners.
 #[inline(always)]
 fn mirrored<S: Simd>(simd: S, v: &[f32; 4]) -> S::F8 {
     mirror(simd, simd.join8(v, v))
@@ -162,7 +162,6 @@ fn join<S: Simd>(simd: S, bounds: &mut Bounds, b: S::F8) {
 #[inline(always)]
 fn is_valid<S: Simd>(simd: S, bounds: S::F8) -> bool {
     let opposite = simd.swap_halves(bounds).flip_sign(simd.splat8(-1.0));
-    use super::simd::Mask;
     bounds.le(opposite).bits() & 0b111 == 0b111
 }
 
