@@ -79,10 +79,12 @@ impl Ref {
         Self(Bounds([lo.x, lo.y, lo.z, prim_id, -hi.x, -hi.y, -hi.z, geom_id]))
     }
 
+    #[inline(always)]
     pub(super) fn geom_id(&self) -> u32 {
         self.0.0[7].to_bits()
     }
 
+    #[inline(always)]
     pub(super) fn prim_id(&self) -> u32 {
         self.0.0[3].to_bits()
     }
@@ -99,8 +101,11 @@ impl Ref {
     }
 
     /// The same primitive with a smaller box.
+    #[inline(always)]
     pub(super) fn with_bounds(&self, b: &Bounds) -> Self {
-        Self::new(b.lo().xyz(), b.hi().xyz(), self.geom_id(), self.prim_id())
+        let [x, y, z, _, far_x, far_y, far_z, _] = b.0;
+        let ids = &self.0.0;
+        Self(Bounds([x, y, z, ids[3], far_x, far_y, far_z, ids[7]]))
     }
 
     /// Centre of the box; halves first, so that huge coordinates do not overflow.

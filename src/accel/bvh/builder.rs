@@ -305,7 +305,7 @@ impl Build<'_> {
         let mut rights = Vec::with_capacity(split.right.count);
         let mut left = 0;
         for i in 0..work.count {
-            let sides = slabs.sides(self.primitives.shapes, &work.refs[i], split);
+            let sides = slabs.sides(self.isa, self.primitives.shapes, &work.refs[i], split);
             if let Some(part) = sides.0 {
                 work.refs[left] = part;
                 left += 1;
