@@ -377,7 +377,7 @@ mod tests {
     #[test]
     fn one_thread_and_three_build_the_same_bits() {
         let shapes = [soup()];
-        for quality in [Quality::Fast, Quality::Medium] {
+        for quality in [Quality::Fast, Quality::Medium, Quality::High] {
             let build_by = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
                 pool.install(|| build(Primitives { shapes: &shapes, kept: Fast::kept }, quality))
