@@ -161,16 +161,20 @@ fn threads_and_tiles_change_no_bit() {
 }
 
 #[test]
-fn a_threshold_and_shared_samples_go_together() {
-    let settings = [ADAPTIVE, ("settings.spp", "8000")];
+fn a_threshold_takes_the_place_of_sharing_out() {
     let options = RenderOptions { noise: Some(0.05), ..Default::default() };
-    let outcome = picture_on(&with(&settings, 1), Backend::Bvh, &options);
-    assert_eq!(outcome.stopped_by, gloss::render::StopReason::Noise);
-    assert!(outcome.film.pixels.iter().all(|p| p.count > 0 && p.count < 64_000));
-    // A picture without noise is clean at once.
-    let dark = scene(&UNEVEN.replace("[400, 400, 400]", "[0, 0, 0]").replace("0.2, 0.2, 0.2", "0, 0, 0"));
-    let mut dark = dark;
-    dark.settings.adaptive = true;
-    let film = picture(&dark).film;
-    assert!(film.pixels.iter().all(|p| p.count >= 16));
+    let [shared, even] = ["true", "false"].map(|adaptive| {
+        let settings = [("settings.adaptive", adaptive), ("settings.spp", "16000")];
+        picture_on(&with(&settings, 1), Backend::Bvh, &options)
+    });
+    assert_eq!(shared.stopped_by, gloss::render::StopReason::Noise);
+    assert_eq!(shared.film, even.film);
+}
+
+#[test]
+fn a_picture_without_noise_has_even_samples() {
+    let dark = UNEVEN.replace("[400, 400, 400]", "[0, 0, 0]").replace("0.2, 0.2, 0.2", "0, 0, 0");
+    let dark = scene(&dark.replace("radiance = [1, 1, 1]", "radiance = [0, 0, 0]"));
+    assert!(dark.settings.adaptive);
+    assert!(picture(&dark).film.pixels.iter().all(|p| p.count == 64));
 }

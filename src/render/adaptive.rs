@@ -228,7 +228,9 @@ impl Picture<'_> {
         // Samples that are there belong to the first half, if they all do.
         let start = if done > HALF { done } else { 0 };
         let end = start + 2 * HALF;
-        if !looks_for_noise(&self.scene.settings, count) || count < end {
+        // A threshold says by itself where samples go.
+        let is_told = self.options.noise.is_some();
+        if is_told || !looks_for_noise(&self.scene.settings, count) || count < end {
             return Ok(None);
         }
         self.each_tile(|number, tile, scratch| {

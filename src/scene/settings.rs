@@ -177,7 +177,7 @@ pub struct Settings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp_indirect: Option<f32>,
     /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number: from 17 on, since each
-    /// has 16.
+    /// has 16. A threshold of noise takes the place of this.
     pub adaptive: bool,
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
