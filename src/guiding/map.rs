@@ -1,6 +1,7 @@
 //! Photons where they have landed, in cells: what a surface finds its guide by.
 
-use super::directions::Directions;
+use super::fit::fit;
+use super::mixture::Mixture;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::prefetch;
 use crate::geometry::Aabb;
@@ -29,7 +30,7 @@ pub struct Cell {
     /// The share of rays that shall look for caustics, below 1.
     pub share: f32,
     /// Where caustics come from.
-    pub directions: Directions,
+    pub mixture: Mixture,
 }
 
 /// Photons of a leaf at most: as many as tell a direction from noise.
@@ -45,7 +46,8 @@ const LEAST_SHARE: f32 = 0.02;
 const SPREAD: f32 = 1.4;
 
 impl Cell {
-    fn new(photons: &[Photon]) -> Option<Self> {
+    /// The cell of photons, for the points of `bounds`.
+    fn new(photons: &[Photon], bounds: &Aabb) -> Option<Self> {
         let caustic = photons.iter().map(|photon| photon.power).sum::<f32>() / area(photons);
         // Variances go with mean squares: the best share is that of the roots.
         let looked = || photons.iter().filter_map(|photon| photon.other);
@@ -58,8 +60,8 @@ impl Cell {
             return None;
         }
         let share = share.min(GREATEST_SHARE);
-        let directions = Directions::new(photons.iter().map(|photon| (photon.wi, photon.power)))?;
-        Some(Self { share, directions })
+        let mixture = fit(photons, 0.5 * (bounds.min + bounds.max), 0.5 * bounds.size().length())?;
+        Some(Self { share, mixture })
     }
 }
 
@@ -139,10 +141,11 @@ impl CausticMap {
         let bounds = Aabb::around(photons.iter().map(|photon| photon.p));
         let size = bounds.size();
         if photons.len() <= MOST || size == Vec3::ZERO {
-            if let Some(cell) = Cell::new(photons) {
-                let margin = 0.1 * size.max_element();
+            let margin = 0.1 * size.max_element();
+            let bounds = bounds.grow(bounds.min - margin).grow(bounds.max + margin);
+            if let Some(cell) = Cell::new(photons, &bounds) {
                 self.of_leaves[node] = Some(self.cells.len() as u32);
-                self.bounds.push(bounds.grow(bounds.min - margin).grow(bounds.max + margin));
+                self.bounds.push(bounds);
                 self.cells.push(cell);
             }
             return;

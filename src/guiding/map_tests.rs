@@ -38,7 +38,7 @@ fn a_point_finds_the_cell_that_its_photons_are_in() {
     for photon in &photons {
         let cell = find(&map, photon.p, photon.n).expect("there are photons here");
         assert!(map.bounds[cell as usize].contains(photon.p));
-        assert!(map.cell(cell).directions.pdf(photon.wi) > 10.0);
+        assert!(map.cell(cell).mixture.pdf(photon.p, photon.wi) > 10.0);
     }
     // From below, beside it, and above it there is no caustic.
     assert_eq!(find(&map, Vec3::new(0.5, 0.0, 0.5), -Vec3::Y), None);

@@ -7,15 +7,17 @@
 //! weighted by the density of the mixture. Photons carry no light into the picture: however few or wrong, they change
 //! its noise and never its mean.
 //!
-//! Read [`CausticMap`] first; `photons` makes what it is made of, from points of `reflectors`; `directions` is what it gives.
+//! Read [`CausticMap`] first; `photons` makes what it is made of, from points of `reflectors`; a `mixture` is what it gives,
+//! which `fit` makes of photons.
 
-mod directions;
+mod fit;
 mod map;
+mod mixture;
 mod photons;
 mod reflectors;
 
-pub use directions::Directions;
 pub use map::{CausticMap, Cell, Photon};
+pub use mixture::Mixture;
 
 use crate::accel::Accelerator;
 use crate::scene::{Plan, Scene};

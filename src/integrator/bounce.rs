@@ -1,7 +1,7 @@
 //! Which rays leave a surface: the choice among its lobes, splitting, and the end of a path.
 
 use super::eight::Lane;
-use super::guided;
+use super::guided::{self, GuidedSample};
 use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
@@ -282,16 +282,20 @@ impl Integrator<'_> {
         let Reached { path, point, bsdf } = from;
         let settings = &self.scene.settings;
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
-        let guide = self.guide(leaving.guide, bxdf);
-        let Some(sample) = guided::sample(bxdf, &point.at, guide, u, drawn) else { return };
+        let guide = self.guide(leaving.guide, bxdf, point.p);
+        let Some(GuidedSample { sample, favour }) = guided::sample(bxdf, &point.at, guide, u, drawn) else {
+            return;
+        };
         let mut beta = path.beta * sample.weight * rate.recip();
+        let favour = path.favour * favour;
         // Before the greatest depth, what a mirror shows stays as clean as it is.
         let must_end = path.depth >= settings.max_depth;
         let may_end = path.depth >= self.roulette_from && (must_end || bxdf.kind() != LobeKind::Delta);
         if may_end && !leaving.emission_only[lobe] {
-            // A survivor stands for those that were ended: Arvo and Kirk 1990.
+            // A survivor stands for those that were ended: Arvo and Kirk 1990. What a guide has chosen for being bright is
+            // no less worth following for being light.
             let most = if must_end { MAX_SURVIVAL } else { 1.0 };
-            let share = beta.max_channel().min(most);
+            let share = (beta.max_channel() * favour / DIM).min(most);
             if survival() >= share {
                 return;
             }
@@ -303,6 +307,7 @@ impl Integrator<'_> {
         let glossy = bxdf.kind() == LobeKind::Glossy;
         let child = Path {
             beta,
+            favour,
             slot: path.slot,
             index,
             depth: path.depth + 1,
@@ -318,6 +323,10 @@ impl Integrator<'_> {
         wave.push(class, child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit));
     }
 }
+
+/// The throughput below which paths end by chance. At 1 each path would be in danger, and in bright rooms the few that
+/// survive make more noise than the others save time.
+const DIM: f32 = 1.0 / 3.0;
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
 const MAX_SURVIVAL: f32 = 0.99;

@@ -3,12 +3,11 @@
 
 use super::bounce::{Leaving, Reached};
 use super::eight::Lane;
-use super::guided;
+use super::guided::{self, Guide};
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::{Ray, Rgb, Sampler};
-use crate::guiding::Cell;
 use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -52,7 +51,7 @@ impl Integrator<'_> {
         })?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
-            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf));
+            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p));
             reflected += self.lit(path, point, bxdf, rays, &light);
         }
         let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
@@ -82,7 +81,7 @@ impl Integrator<'_> {
         path: &Path,
         point: &SurfaceInteraction,
         bxdf: &Bxdf,
-        (rate, guide): (f32, Option<&Cell>),
+        (rate, guide): (f32, Option<Guide>),
         light: &LightSample,
     ) -> Rgb {
         let settings = &self.scene.settings;

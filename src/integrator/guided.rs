@@ -7,6 +7,14 @@ use crate::core::Rgb;
 use crate::guiding::Cell;
 use glam::Vec3;
 
+/// Where a diffuse surface looks for caustics.
+#[derive(Clone, Copy)]
+pub(super) struct Guide<'a> {
+    pub cell: &'a Cell,
+    /// The point that looks.
+    pub p: Vec3,
+}
+
 impl<'a> Integrator<'a> {
     /// The `guide` of a surface, if rays leave it that need one.
     #[inline(always)]
@@ -19,11 +27,11 @@ impl<'a> Integrator<'a> {
         goes_on.then_some(guide)
     }
 
-    /// The guide of this number for the rays of a lobe: only diffuse ones need any.
+    /// The guide of this number for the rays of a lobe that leave `p`: only diffuse ones need any.
     #[inline]
-    pub(super) fn guide(&self, number: Option<u32>, bxdf: &Bxdf) -> Option<&'a Cell> {
+    pub(super) fn guide(&self, number: Option<u32>, bxdf: &Bxdf, p: Vec3) -> Option<Guide<'a>> {
         let number = number.filter(|_| bxdf.kind() == LobeKind::Diffuse)?;
-        self.caustics.map(|caustics| caustics.cell(number))
+        self.caustics.map(|caustics| Guide { cell: caustics.cell(number), p })
     }
 }
 
@@ -35,8 +43,15 @@ fn within(u: f32, low: f32, width: f32) -> f32 {
 
 /// What is left of a number for the lobe itself, where the number does not ask the guide.
 #[inline(always)]
-pub(super) fn unguided(guide: &Cell, u: f32) -> f32 {
-    within(u, guide.share, 1.0 - guide.share)
+pub(super) fn unguided(cell: &Cell, u: f32) -> f32 {
+    within(u, cell.share, 1.0 - cell.share)
+}
+
+/// A direction drawn from the mixture of a lobe and its guide.
+pub(super) struct GuidedSample {
+    pub sample: LobeSample,
+    /// By how much the guide has made the direction likelier than the lobe alone would, and what comes from there lighter.
+    pub favour: f32,
 }
 
 /// Draws a direction from the mixture of a lobe and its guide; `drawn` is what the numbers `u` draw from the lobe, should
@@ -45,28 +60,37 @@ pub(super) fn unguided(guide: &Cell, u: f32) -> f32 {
 pub(super) fn sample(
     bxdf: &Bxdf,
     at: &Incidence,
-    guide: Option<&Cell>,
+    guide: Option<Guide>,
     u: [f32; 2],
     drawn: Option<DiffuseDirection>,
-) -> Option<LobeSample> {
+) -> Option<GuidedSample> {
     let of_lobe = |u: [f32; 2]| match (bxdf, drawn) {
         (Bxdf::Diffuse(lobe), Some(drawn)) => lobe.sample_along(&drawn),
         _ => bxdf.sample(at, u),
     };
-    let Some(guide) = guide else { return of_lobe(u) };
-    let wi = if u[0] < guide.share {
-        guide.directions.sample([within(u[0], 0.0, guide.share), u[1]])
-    } else {
-        of_lobe([unguided(guide, u[0]), u[1]])?.wi
+    let Some(Guide { cell, p }) = guide else {
+        return of_lobe(u).map(|sample| GuidedSample { sample, favour: 1.0 });
     };
-    let (f_cos, pdf) = evaluate(bxdf, at, Some(guide), wi);
-    (!f_cos.is_black()).then(|| LobeSample { wi, weight: f_cos / pdf, pdf })
+    let wi = if u[0] < cell.share {
+        cell.mixture.sample(p, [within(u[0], 0.0, cell.share), u[1]])
+    } else {
+        of_lobe([unguided(cell, u[0]), u[1]])?.wi
+    };
+    let (f_cos, alone) = bxdf.evaluate(at, wi);
+    let pdf = mixed(alone, cell, p, wi);
+    (!f_cos.is_black())
+        .then(|| GuidedSample { sample: LobeSample { wi, weight: f_cos / pdf, pdf }, favour: pdf / alone })
 }
 
 /// A lobe's value times the cosine, and the density with which [`sample`] goes along `wi`, in 1/sr.
 #[inline(always)]
-pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<&Cell>, wi: Vec3) -> (Rgb, f32) {
+pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide>, wi: Vec3) -> (Rgb, f32) {
     let (f_cos, pdf) = bxdf.evaluate(at, wi);
-    let pdf = guide.map_or(pdf, |guide| guide.share * guide.directions.pdf(wi) + (1.0 - guide.share) * pdf);
-    (f_cos, pdf)
+    (f_cos, guide.map_or(pdf, |Guide { cell, p }| mixed(pdf, cell, p, wi)))
+}
+
+/// The density of the mixture along `wi`, where the lobe alone has the density `alone`.
+#[inline(always)]
+fn mixed(alone: f32, cell: &Cell, p: Vec3, wi: Vec3) -> f32 {
+    cell.share * cell.mixture.pdf(p, wi) + (1.0 - cell.share) * alone
 }

@@ -12,6 +12,8 @@ use glam::Vec3;
 pub(super) struct Path {
     /// Weight of whatever the ray will find.
     pub beta: Rgb,
+    /// By how much guides have made its directions likelier than lobes alone would.
+    pub favour: f32,
     /// The camera sample of the wave that it belongs to.
     pub slot: u32,
     /// Index of its random numbers; the m rays of a split hit take m consecutive ones.
@@ -40,6 +42,7 @@ impl Path {
     pub(super) fn from_camera(slot: u32, index: u32, split: u32) -> Self {
         Self {
             beta: Rgb::WHITE,
+            favour: 1.0,
             slot,
             index,
             depth: 0,
