@@ -56,11 +56,13 @@ pub struct AccelInfo {
     pub build_seconds: f64,
 }
 
-/// Which implementation answers.
+/// Which implementation answers; if none is named, the one whose whole renders are the fastest, which is there on every
+/// machine.
 #[derive(
     Clone,
     Copy,
     Debug,
+    Default,
     PartialEq,
     Eq,
     serde::Serialize,
@@ -73,16 +75,10 @@ pub enum Backend {
     /// Embree by C calls.
     Embree,
     /// The pure-Rust bounding volume hierarchy.
+    #[default]
     Bvh,
     /// Every primitive against every ray: the oracle.
     Brute,
-}
-
-impl Default for Backend {
-    /// Embree where it is compiled in, else the BVH.
-    fn default() -> Self {
-        if cfg!(feature = "embree") { Self::Embree } else { Self::Bvh }
-    }
 }
 
 /// Which of Embree's calls are asked.
