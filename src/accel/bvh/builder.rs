@@ -203,8 +203,8 @@ impl Build<'_> {
         Child::node(node)
     }
 
-    /// Opens the first of the children into up to eight, and gives their number: the one with the largest box is split
-    /// first.
+    /// Opens the first of the children into up to eight, those of most references in front, and gives their number: the one
+    /// with the largest box is split first.
     fn open(&self, children: &mut [Work<'_>; WIDTH], level: usize) -> usize {
         let by_count = level >= HEURISTIC_LEVELS;
         let mut count = 1;
@@ -229,6 +229,8 @@ impl Build<'_> {
                 Err(leaf) => children[i] = Work { is_leaf: true, ..leaf },
             }
         }
+        // Rays that want any hit go into the first child first: the one that has the most to hit.
+        children[..count].sort_by_key(|child| core::cmp::Reverse(child.count));
         count
     }
 

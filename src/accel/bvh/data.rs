@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Node            256 bytes: 6 x 8 planes, 8 children, 8 octant orders
-//! TriangleBlock   192 bytes: 3 vectors x 3 axes x 4 triangles, their ids and flat axes
+//! TriangleBlock   176 bytes: 3 vectors x 3 axes x 4 triangles, their ids
 //! SphereBlock     128 bytes: 4 spheres, their ids
 //! ```
 
@@ -16,9 +16,6 @@ pub(super) const WIDTH: usize = 8;
 
 /// An id that no geometry and no primitive has: empty lanes, and rays that skip nothing.
 pub(super) const NO_ID: u32 = u32::MAX;
-
-/// A triangle that lies across all axes.
-pub(super) const NOT_FLAT: u8 = 3;
 
 /// Where a child is: a node's index, or a leaf's first block and number of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +160,7 @@ impl Node {
 
 /// Four triangles; unused lanes have NaN vectors, which no test passes.
 #[derive(Clone, Debug)]
-#[repr(C, align(64))]
+#[repr(C, align(16))]
 pub(super) struct TriangleBlock {
     /// `vectors[which][axis][lane]`: the corners, or what the [mode](super::mode::Mode::kept) keeps in their place.
     pub(super) vectors: [[[f32; BLOCK]; 3]; 3],
@@ -171,21 +168,12 @@ pub(super) struct TriangleBlock {
     pub(super) geom_ids: [u32; BLOCK],
     /// Primitive ids.
     pub(super) prim_ids: [u32; BLOCK],
-    /// The axis of which all three corners have the same coordinate, or [`NOT_FLAT`].
-    pub(super) flat_axes: [u8; BLOCK],
-    /// Whether one of the triangles is flat.
-    pub(super) any_flat: bool,
 }
 
 impl TriangleBlock {
     /// No triangles.
-    pub(super) const EMPTY: Self = Self {
-        vectors: [[[f32::NAN; BLOCK]; 3]; 3],
-        geom_ids: [NO_ID; BLOCK],
-        prim_ids: [NO_ID; BLOCK],
-        flat_axes: [NOT_FLAT; BLOCK],
-        any_flat: false,
-    };
+    pub(super) const EMPTY: Self =
+        Self { vectors: [[[f32::NAN; BLOCK]; 3]; 3], geom_ids: [NO_ID; BLOCK], prim_ids: [NO_ID; BLOCK] };
 }
 
 /// Four spheres; unused lanes have the id [`NO_ID`].

@@ -80,14 +80,8 @@ fn triangle_block(primitives: Primitives<'_>, refs: &[Ref]) -> TriangleBlock {
     let mut block = TriangleBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
         let Shape::Mesh(mesh) = &primitives.shapes[r.geom_id() as usize] else { continue };
-        let corners = mesh.triangle(r.prim_id());
-        let is_flat =
-            |axis: usize| corners[0][axis] == corners[1][axis] && corners[0][axis] == corners[2][axis];
-        if let Some(axis) = (0..3).find(|&axis| is_flat(axis)) {
-            block.flat_axes[lane] = axis as u8;
-            block.any_flat = true;
-        }
-        for (to, vector) in block.vectors.iter_mut().zip((primitives.kept)(corners)) {
+        let vectors = (primitives.kept)(mesh.triangle(r.prim_id()));
+        for (to, vector) in block.vectors.iter_mut().zip(vectors) {
             for (axis, lanes) in to.iter_mut().enumerate() {
                 lanes[lane] = vector[axis];
             }

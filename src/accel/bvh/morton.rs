@@ -127,7 +127,7 @@ impl Sorted<'_, '_> {
         (refs, range.len())
     }
 
-    /// Up to eight parts of a range: the one with the most references is split first. At each level either the part
+    /// Up to eight parts of a range, the largest in front: the one with the most references is split first. At each level either the part
     /// that is followed has at most half of the references or more than one bit of the codes is used up, so that the
     /// depth stays within a traversal stack.
     fn open(&self, range: Range<usize>) -> Vec<Range<usize>> {
@@ -141,6 +141,7 @@ impl Sorted<'_, '_> {
             parts[most] = part.start..middle;
             parts.push(middle..part.end);
         }
+        parts.sort_by_key(|part| core::cmp::Reverse(part.len()));
         parts
     }
 

@@ -2,18 +2,61 @@
 //!
 //! As in [`stream`](super::stream) every entry of the stack carries a mask of rays. Nothing is sorted by distance and
 //! nothing is kept of a hit, so that rays are no more than rows of numbers, prepared eight at a time; and two rays are
-//! tested at once against the four triangles of a block.
+//! tested at once against the four triangles of a block. Since any order will do, a child is not visited as soon as it is
+//! pushed, but when its memory has had time to come.
 
-use super::data::{BLOCK, Child, Hierarchy, TriangleBlock};
+use super::data::{BLOCK, Child, Hierarchy, TriangleBlock, WIDTH};
 use super::mode::Mode;
 use super::ray::{Best, Prepared, Weights};
 use super::rows::{EIGHT, Rows};
 use super::simd::{Mask, Simd};
-use super::single::Slabs;
+use super::single::{STACK, Slabs};
 use super::sphere;
-use super::stream::{Pending, STREAM};
+use super::stream::{PENDING, Pending, STREAM};
 use crate::core::{Ray, Skip};
 use core::marker::PhantomData;
+
+/// Visits between taking a child from the stack and visiting it: enough work to hide the way from memory.
+const AHEAD: usize = 8;
+
+/// Height of the stack from which it is emptied strictly from the top, so that it cannot overflow: then it grows by no more
+/// than a traversal depth first, and what the upcoming visits push.
+const DEEP: usize = PENDING - STACK - AHEAD * WIDTH;
+
+/// Children in the order of pushing. The builder puts those of most primitives in front: they are likeliest to be hit.
+const LAST_TO_FIRST: [u32; WIDTH] = [7, 6, 5, 4, 3, 2, 1, 0];
+
+/// Children to visit next, and the rays that wait for them, first come, first served.
+struct Upcoming {
+    visits: [(Child, u32); AHEAD],
+    first: usize,
+    count: usize,
+}
+
+impl Upcoming {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { visits: [(Child::EMPTY, 0); AHEAD], first: 0, count: 0 }
+    }
+
+    /// Adds one; there must be room.
+    #[inline(always)]
+    fn push(&mut self, child: Child, rays: u32) {
+        self.visits[(self.first + self.count) % AHEAD] = (child, rays);
+        self.count += 1;
+    }
+
+    /// The one that came first.
+    #[inline(always)]
+    fn take(&mut self) -> Option<(Child, u32)> {
+        if self.count == 0 {
+            return None;
+        }
+        let visit = self.visits[self.first % AHEAD];
+        (self.first, self.count) = (self.first + 1, self.count - 1);
+        Some(visit)
+    }
+}
 
 /// The rays of a stream; made once for many streams.
 pub(super) struct Occlusion<'a, M> {
@@ -47,24 +90,32 @@ impl<'a, M: Mode> Occlusion<'a, M> {
     pub(super) fn find<S: Simd>(&mut self, simd: S, octant: usize, group: &[u32]) -> u32 {
         self.prepare(simd, group);
         let all = ((1u64 << group.len()) - 1) as u32;
-        let (mut active, mut rays, mut top) = (all, all, 0);
-        let mut current = self.data.root;
-        while rays != 0 {
+        let (mut active, mut top) = (all, 0);
+        let mut upcoming = Upcoming::new();
+        upcoming.push(self.data.root, all);
+        loop {
+            top = self.look_ahead(&mut upcoming, active, top);
+            let Some((current, rays)) = upcoming.take() else { return all & !active };
+            let rays = rays & active;
             if current.is_leaf() {
                 active &= !self.leaf(simd, current, rays);
-            } else {
+            } else if rays != 0 {
                 top = self.node(simd, octant, current, rays, top);
             }
+        }
+    }
 
-            // The next child that rays still wait for.
-            rays = 0;
-            while rays == 0 && top > 0 {
-                top -= 1;
-                let (next, waiting) = self.pending.at(top);
-                (current, rays) = (next, waiting & active);
+    /// Fills the upcoming visits with children that rays still wait for. The new top of the stack.
+    #[inline(always)]
+    fn look_ahead(&self, upcoming: &mut Upcoming, active: u32, mut top: usize) -> usize {
+        while upcoming.count < AHEAD && top > 0 && (upcoming.count == 0 || top < DEEP) {
+            top -= 1;
+            let (child, rays) = self.pending.at(top);
+            if rays & active != 0 {
+                upcoming.push(child, rays);
             }
         }
-        all & !active
+        top
     }
 
     /// Writes the rows; the last ray fills the last eight.
@@ -81,7 +132,7 @@ impl<'a, M: Mode> Occlusion<'a, M> {
         }
     }
 
-    /// Pushes the children that some of the rays enter, the farthest first. The new top of the stack.
+    /// Pushes the children that some of the rays enter, the one with the most primitives last. The new top of the stack.
     #[inline(always)]
     fn node<S: Simd>(&mut self, simd: S, octant: usize, node: Child, rays: u32, top: usize) -> usize {
         let node = &self.data.nodes[node.index()];
@@ -97,7 +148,7 @@ impl<'a, M: Mode> Occlusion<'a, M> {
             entering = simd.mark(entering, enters, 1 << i);
         }
 
-        self.pending.push(simd, self.data, node, octant, entering, top)
+        self.pending.push(simd, self.data, node, (&LAST_TO_FIRST, 0), entering, top)
     }
 
     /// Which of the rays hit something in a leaf, two at a time.

@@ -14,35 +14,38 @@ use crate::core::Ray;
 /// Most rays of a stream.
 pub(super) const STREAM: usize = 32;
 
+/// Entries of the stack of a stream: twice what depth first needs, for streams that stray from that order.
+pub(super) const PENDING: usize = 2 * STACK;
+
 /// The stack of a stream: children and which rays wait for them, one bit each. Never cleared.
 pub(super) struct Pending {
-    children: [u32; STACK + WIDTH],
-    rays: [u32; STACK + WIDTH],
+    children: [u32; PENDING + WIDTH],
+    rays: [u32; PENDING + WIDTH],
 }
 
 impl Pending {
     pub(super) fn new() -> Self {
-        Self { children: [0; STACK + WIDTH], rays: [0; STACK + WIDTH] }
+        Self { children: [0; PENDING + WIDTH], rays: [0; PENDING + WIDTH] }
     }
 
     #[inline(always)]
     pub(super) fn at(&self, index: usize) -> (Child, u32) {
-        (Child(self.children[index % STACK]), self.rays[index % STACK])
+        (Child(self.children[index % PENDING]), self.rays[index % PENDING])
     }
 
-    /// Pushes the children that rays enter, the farthest in the octant first. The new top.
+    /// Pushes the children that rays enter, in the order that `order` gives in the 3 bits from `shift`. The new top.
     #[inline(always)]
     pub(super) fn push<S: Simd>(
         &mut self,
         simd: S,
         data: &Hierarchy,
         node: &Node,
-        octant: usize,
+        (order, shift): (&[u32; WIDTH], u32),
         entering: S::Marks,
         top: usize,
     ) -> usize {
-        let packed = simd.pack_marked(&node.order, 3 * octant as u32, &Child::bits(&node.children), entering);
-        let top = top % STACK;
+        let packed = simd.pack_marked(order, shift, &Child::bits(&node.children), entering);
+        let top = top % PENDING;
         self.children[top..top + WIDTH].copy_from_slice(&packed.lanes);
         self.rays[top..top + WIDTH].copy_from_slice(&packed.marks);
         for child in &packed.lanes[..packed.count] {
@@ -139,7 +142,7 @@ impl<M: Mode> Stream<M> {
             let (_, enters) = Slabs::new(simd, ray).enter(simd, sign, node, best.t * CULL_INFLATION);
             entering = simd.mark(entering, enters, 1 << i);
         }
-        self.pending.push(simd, data, node, octant, entering, top)
+        self.pending.push(simd, data, node, (&node.order, 3 * octant as u32), entering, top)
     }
 
     /// Tests the rays one after the other.

@@ -133,17 +133,10 @@ impl Mode for Watertight {
             return None;
         }
         let mut t = crossing.distance(shear);
-        if block.any_flat {
-            let blurred = inside & crossing.is_blurred(shear, t).bits();
-            if blurred != 0 {
-                t = simd.load4(&with_flat_distances(
-                    &ray.line,
-                    [ray.origin, ray.slabs.rcp],
-                    block,
-                    blurred,
-                    t.to_array(),
-                ));
-            }
+        let blurred = inside & crossing.is_blurred(shear, t).bits() & flat_lanes(&corners);
+        if blurred != 0 {
+            let given = [ray.origin, ray.slabs.rcp];
+            t = simd.load4(&with_flat_distances(&ray.line, given, block, blurred, t.to_array()));
         }
         Some(crossing.within(t, [simd.splat4(ray.t_min), simd.splat4(t_max)]))
     }
@@ -166,11 +159,9 @@ impl Mode for Watertight {
             return None;
         }
         let mut t = crossing.distance(shear);
-        if block.any_flat {
-            let blurred = inside & crossing.is_blurred(shear, t).bits();
-            if blurred != 0 {
-                t = simd.load8(&with_flat_distances_of_pair(rows, rays, block, blurred, t.to_array()));
-            }
+        let blurred = inside & crossing.is_blurred(shear, t).bits() & flat_lanes(&corners);
+        if blurred != 0 {
+            t = simd.load8(&with_flat_distances_of_pair(rows, rays, block, blurred, t.to_array()));
         }
         Some(crossing.within(t, interval))
     }
@@ -190,8 +181,7 @@ impl Mode for Watertight {
             return None;
         }
         let mut t = crossing.distance(&bundle.shear);
-        let axis = usize::from(block.flat_axes[lane]);
-        if axis < 3 {
+        if let Some(axis) = flat_axis(block, lane) {
             let plane = simd.splat8(block.vectors[0][axis][lane]);
             let flat = crossing.flat_distance(&bundle.shear, bundle.origin[axis], plane, bundle.rcp[axis]);
             t = flat.select(crossing.is_blurred(&bundle.shear, t), t);
@@ -285,6 +275,20 @@ fn solve_edge_on(ray: &Prepared<Watertight>, block: &TriangleBlock, lane: usize)
     Some((t as f32, (v / det) as f32, (w / det) as f32))
 }
 
+/// The lanes whose triangles have one coordinate of an axis at all corners, one bit each.
+#[inline(always)]
+fn flat_lanes<const N: usize, F: Lanes<N>>([a, b, c]: &Corners<F>) -> u32 {
+    let differs = |axis: usize| a[axis].ne(b[axis]) | a[axis].ne(c[axis]);
+    !(differs(0) & differs(1) & differs(2)).bits()
+}
+
+/// The axis of which all corners of a triangle have the same coordinate, if there is one.
+#[inline(always)]
+fn flat_axis(block: &TriangleBlock, lane: usize) -> Option<usize> {
+    let [a, b, c] = &block.vectors;
+    (0..3).find(|&axis| a[axis][lane] == b[axis][lane] && a[axis][lane] == c[axis][lane])
+}
+
 /// The distances of a block's triangles, with those of the flat ones among `lanes` replaced as by
 /// [`Crossing::flat_distance`]. Out of line: few blocks have any.
 #[inline(never)]
@@ -298,8 +302,7 @@ fn with_flat_distances(
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize % BLOCK;
         lanes &= lanes - 1;
-        let axis = usize::from(block.flat_axes[lane]);
-        if axis < 3 {
+        if let Some(axis) = flat_axis(block, lane) {
             let [a, b, c] = &block.vectors;
             let depth =
                 |corner: &[[f32; BLOCK]; 3]| (corner[line.axes[2]][lane] - line.origin.z) * line.shear.z;

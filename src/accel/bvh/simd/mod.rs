@@ -82,7 +82,7 @@ impl Available {
 
     /// Whether packets and streams were measured to win over single rays on this set.
     pub(super) fn wants_batches(self) -> bool {
-        self.0 == Isa::Avx2
+        self.0 != Isa::Portable
     }
 
     /// Runs the kernel, compiled for the set.
