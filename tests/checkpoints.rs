@@ -309,7 +309,7 @@ fn splitting_by_a_pilot_goes_on_to_the_same_bits() {
     let whole = unbroken(&scene, &options);
     let constant = unbroken(&self::scene("spp = 12, max_depth = 3"), &options);
     assert!(whole.film.pixels != constant.film.pixels, "the pilot chose to split somewhere");
-    for tiles in [1, 4, 7] {
+    for tiles in [1, 4, 5] {
         let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
         assert!(pieces > 2);
         assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");

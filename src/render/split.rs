@@ -27,6 +27,13 @@ pub(super) const PARTS: u32 = 4;
 /// Samples of each part, at most: with those of all parts a pixel is where it must be when noise is looked for.
 const MOST_OF_PART: u32 = EVEN_SAMPLES / PARTS;
 
+/// The least of the variance that is left with [`PILOT_SPLIT`] rays. A quarter would be left if all of it were the lobe's,
+/// which is not so in any scene; and what little is not the lobe's is known least, but decides about large numbers.
+const LEAST_LEFT: f64 = 0.3;
+
+/// The power of variances at which two kinds of pixels are compared: a rare bright path weighs less than in the variance.
+const POWER: f64 = 0.7;
+
 /// Splitting must promise to be better than not to split by this factor: promises are not as good as they look.
 const WORTH_IT: f64 = 0.97;
 
@@ -163,31 +170,51 @@ fn luminance_sum(pixel: &Pixel) -> f64 {
 fn best_split(trials: impl Iterator<Item = Trials>) -> u32 {
     let (one, many): (Vec<Trial>, Vec<Trial>) = trials.map(|trials| (trials.one, trials.many)).unzip();
     let level = mean_luminance(one.iter().chain(&many));
-    let [variance_of_one, variance_of_many] = [&one, &many].map(|kind| {
-        let pixels = kind.iter().map(|trial| trial.pixels.len()).sum::<usize>().max(1) as f64;
-        kind.iter().map(|trial| trial.relative_variance(level) / pixels).collect::<Vec<_>>()
-    });
-    let variance: f64 = variance_of_one.iter().sum();
-    if variance <= 0.0 {
+    let [noise_of_one, noise_of_many] =
+        [&one, &many].map(|kind| kind.iter().map(|trial| trial.noise(level)).collect::<Vec<_>>());
+    if noise_of_one.iter().sum::<f64>() <= 0.0 {
         return 1;
     }
-    // What is left of the variance, and by how much the tiles say that this is uncertain.
-    let left = variance_of_many.iter().sum::<f64>() / variance;
-    let tiles = variance_of_one.iter().zip(&variance_of_many);
-    let chance = tiles.map(|(one, many)| (many - left * one).powi(2)).sum::<f64>().sqrt() / variance;
-    // Of what may be chance, half is not believed: to split where it is wrong costs more than not to split.
-    let fall = 1.0 - left - 0.5 * chance;
-    closed_form(variance, fall * variance, [mean_cost(&one), mean_cost(&many)])
+    let left = left_of_variance(&noise_of_one, &noise_of_many);
+    closed_form(left, [mean_cost(&one), mean_cost(&many)])
 }
 
-/// `sqrt(V2 c1 / (V1 c2))`, from the variance without splitting, what it falls by with [`PILOT_SPLIT`] rays, and what a
-/// camera sample costs without and with them.
-fn closed_form(variance: f64, fall: f64, cost: [f64; 2]) -> u32 {
+/// The fraction of the variance that is left with [`PILOT_SPLIT`] rays, from the [noise](Trial::noise) of each tile's pixels
+/// of both kinds: as much as is to be expected, if all fractions from [`LEAST_LEFT`] to 1 were as likely before.
+///
+/// The product of variance and cost is linear in that fraction, so that the number of rays that is best for its mean is
+/// best in the mean.
+fn left_of_variance(one: &[f64], many: &[f64]) -> f64 {
+    let all = one.iter().sum::<f64>();
+    let ratio = many.iter().sum::<f64>() / all;
+    let strays = one.iter().zip(many).map(|(one, many)| (many - ratio * one).powi(2));
+    let uncertain = strays.sum::<f64>().sqrt() / all;
+    // By the derivative of the root.
+    let found = ratio.powf(1.0 / POWER);
+    let uncertain = if ratio > 0.0 { uncertain * found / (ratio * POWER) } else { 0.0 };
+    let uncertain = uncertain.max(0.01);
+    // From farther outside of all that is possible, nothing would be likely.
+    let found = found.clamp(LEAST_LEFT - 9.0 * uncertain, 1.0 + 9.0 * uncertain);
+
+    const STEPS: u32 = 64;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for step in 0..STEPS {
+        let left = LEAST_LEFT + (1.0 - LEAST_LEFT) * (f64::from(step) + 0.5) / f64::from(STEPS);
+        let weight = (-0.5 * ((left - found) / uncertain).powi(2)).exp();
+        sum += weight * left;
+        weights += weight;
+    }
+    sum / weights
+}
+
+/// `sqrt(V2 c1 / (V1 c2))`, from what is left of the variance with [`PILOT_SPLIT`] rays, and what a camera sample costs
+/// without and with them.
+fn closed_form(left: f64, cost: [f64; 2]) -> u32 {
     let m = f64::from(PILOT_SPLIT);
     let lobe_cost = (cost[1] - cost[0]) / (m - 1.0);
     let camera_cost = cost[0] - lobe_cost;
-    let lobe_variance = fall * m / (m - 1.0);
-    let camera_variance = (variance - lobe_variance).max(1e-3 * variance);
+    let lobe_variance = (1.0 - left) * m / (m - 1.0);
+    let camera_variance = 1.0 - lobe_variance;
     if !(lobe_cost > 0.0 && camera_cost > 0.0 && lobe_variance > 0.0) {
         return 1;
     }
@@ -198,13 +225,14 @@ fn closed_form(variance: f64, fall: f64, cost: [f64; 2]) -> u32 {
 }
 
 impl Trial {
-    /// Sum over the pixels of the variance by the square of the mean; a mean below a tenth of the picture's counts as that.
-    fn relative_variance(&self, level: f64) -> f64 {
+    /// Sum over the pixels of a [power](POWER) of the variance by the square of the mean; a mean below a tenth of the picture's
+    /// counts as that.
+    fn noise(&self, level: f64) -> f64 {
         let relative = |&[mean, variance]: &[f32; 2]| {
             let square = f64::from(mean).powi(2) + (0.1 * level).powi(2);
             if square > 0.0 { f64::from(variance) / square } else { 0.0 }
         };
-        self.pixels.iter().map(relative).sum()
+        self.pixels.iter().map(|pixel| relative(pixel).powf(POWER)).sum()
     }
 }
 
@@ -230,9 +258,21 @@ mod tests {
     fn the_best_split_is_the_closed_form() {
         let m = f64::from(PILOT_SPLIT);
         for (v1, v2, expected) in [(0.01, 0.21, 5), (0.05, 0.21, 2), (0.2, 0.2, 1), (0.21, 0.0, 1)] {
-            assert_eq!(closed_form(v1 + v2, v2 * (1.0 - 1.0 / m), [2.0, 1.0 + m]), expected);
+            assert_eq!(closed_form((v1 + v2 / m) / (v1 + v2), [2.0, 1.0 + m]), expected);
         }
         assert_eq!(best_split(std::iter::empty()), 1);
+    }
+
+    #[test]
+    fn what_is_left_of_the_variance_is_between_a_bound_and_one() {
+        let tiles = |value: f64| vec![value; 100];
+        for (ratio, expected) in [(0.5, 0.5), (0.9, 0.9), (0.1, LEAST_LEFT), (0.0, LEAST_LEFT), (1.5, 1.0)] {
+            let left = left_of_variance(&tiles(1.0), &tiles(f64::powf(ratio, POWER)));
+            assert!((left - expected).abs() < 0.01, "{ratio}: {left} instead of {expected}");
+        }
+        // Where hardly anything is known, it is the middle.
+        let left = left_of_variance(&[1.0, 1e-3], &[1e-3, 1.0]);
+        assert!((0.55..0.85).contains(&left), "{left}");
     }
 
     #[test]
