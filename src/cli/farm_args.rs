@@ -83,12 +83,6 @@ pub(super) enum Begin {
 impl FarmArgs {
     /// Finds out what there is to do and what has been done of it.
     pub(super) fn begin(&self, subject: &Subject<'_>, outputs: &[Output]) -> Result<Begin, Failure> {
-        if !subject.scene.settings.aovs.is_empty() && (self.shard.is_some() || self.checkpoint.is_some()) {
-            return Err(Failure::bad(
-                "checkpoints and shards keep the picture only: leave --aov out, or --checkpoint and --shard"
-                    .to_owned(),
-            ));
-        }
         let identity = subject.identity();
         let (part, shard_output) = self.part(&identity, outputs)?;
         let header = Header::new(identity, part);
@@ -196,6 +190,7 @@ impl Subject<'_> {
             resolution: scene.camera.resolution,
             picture: crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height }),
             spp: scene.settings.spp,
+            aovs: scene.settings.aovs.clone(),
             noise,
             adaptive: fixed || scene.settings.adaptive,
             grows: !fixed && can_grow(&scene.settings),

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 The files may come in any order and more than once: the picture is the same to the bit as that of one render. Shards of
 another scene, other settings or another cut are refused. If some are missing, each is named and nothing is written,
-unless --partial is given.
+unless --partial is given. An EXR has the layers that the shards' --aov asked for.
 
 Exit codes: 0 done, 1 failed or parts are missing, 2 bad usage, damaged files or files of different pictures.
 
@@ -74,7 +74,8 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     }
     let attributes = attributes(&checkpoint.header);
     for output in &outputs {
-        output.write(&checkpoint.film, args.exposure, &attributes, &[]).or_failed()?;
+        let aovs = &checkpoint.header.identity.aovs;
+        output.write(&checkpoint.film, args.exposure, &attributes, aovs).or_failed()?;
     }
     if !args.quiet {
         tell(args, &paths, &checkpoint.header);

@@ -190,8 +190,10 @@ impl Args {
         {
             note(&sentence);
         }
-        if self.farm.shard.is_some() {
-            args.scene.share_evenly();
+        if self.farm.shard.is_some() && args.scene.share_evenly()? && !self.quiet {
+            note(
+                "each pixel gets as many samples as the others: a shard does not know where the whole is noisy",
+            );
         }
         Ok(args)
     }
@@ -332,10 +334,13 @@ impl Report<'_> {
     fn last_line(&self, outputs: &[Output]) -> String {
         let names: Vec<_> = outputs.iter().map(|o| o.path().display().to_string()).collect();
         let samples = match self.outcome.stopped_by {
-            StopReason::Samples | StopReason::Interrupted if !self.is_even() => {
+            StopReason::Samples if self.is_even() => format!("{} spp", self.scene.settings.spp),
+            StopReason::Samples => {
                 format!("{:.1} spp, more where there was noise", self.samples_per_pixel())
             }
-            StopReason::Samples | StopReason::Interrupted => format!("{} spp", self.scene.settings.spp),
+            StopReason::Interrupted => {
+                format!("{:.1} spp until it was told to stop", self.samples_per_pixel())
+            }
             StopReason::Time => format!("{:.1} spp by the end of the time", self.samples_per_pixel()),
             StopReason::Noise => format!("{:.1} spp to the noise asked for", self.samples_per_pixel()),
         };

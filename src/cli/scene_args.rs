@@ -35,7 +35,7 @@ pub(super) struct SceneArgs {
     at_max_depth: Option<AtMaxDepth>,
 
     /// Rays that a glossy hit splits into: N at the first on a path, N,M,... at the first, second, ..., branch=N at every
-    /// one, or auto to let a pilot pass choose
+    /// one, or auto to let a pilot in a few pixels choose
     #[arg(long, value_name = "N", value_parser = parse::glossy_samples, help_heading = SETTINGS)]
     glossy_samples: Option<GlossySamples>,
 
@@ -65,7 +65,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
     clamp_indirect: Option<f32>,
 
-    /// Pictures beside the picture, as layers of the EXR, of what is seen by way of mirrors and sharp gloss
+    /// Pictures beside the picture, as layers of the EXR, of what is seen by way of mirrors and sharp gloss: 50 to 70 ns a
+    /// sample, however many there are (7 % of the time of a room, 25 % of that of a sphere under a sky)
     #[arg(long, value_name = "LIST", value_delimiter = ',', help_heading = SETTINGS)]
     aov: Vec<Aov>,
 
@@ -108,10 +109,15 @@ impl SceneArgs {
         self.before.iter().cloned().chain(flags).collect()
     }
 
-    /// Gives each pixel as many samples, where nobody has asked for more where there is noise: whoever renders a share knows
-    /// nothing of the noise in the others.
-    pub(super) fn share_evenly(&mut self) {
-        self.adaptive.get_or_insert(false);
+    /// Gives each pixel as many samples, where no flag asks for more where there is noise: whoever renders a share knows
+    /// nothing of the noise in the others. Whether they would have been shared out.
+    pub(super) fn share_evenly(&mut self) -> Result<bool, Failure> {
+        if self.adaptive.is_some() {
+            return Ok(false);
+        }
+        let settings = scene::load_settings(&self.scene, &self.overrides()).or_bad()?;
+        self.adaptive = Some(false);
+        Ok(settings.shares_out(settings.spp))
     }
 
     /// Samples per pixel, if they were asked for.

@@ -7,12 +7,22 @@
 //! | `squares.{0..3}` | uint | sum of squared luminance, multiples of 2^-64 |
 //! | `count` | uint | number of samples |
 //!
+//! Of a picture with AOVs there are besides, sums over the samples as [`GuidePixel`](crate::film::GuidePixel) has them:
+//!
+//! | channels | type | what |
+//! | --- | --- | --- |
+//! | `albedo.{r,g,b}.{0..3}` | uint | of the albedo, multiples of 2^-72 |
+//! | `normal.{x,y,z}.{0..3}`, `depth.{0..3}` | uint | of the normal and of the length of the way, likewise |
+//! | `squares.{r,g,b}.{0..3}` | uint | of the squared radiance, multiples of 2^-64 |
+//! | `met` | uint | number of samples that have met a surface |
+//!
 //! The attributes `gloss.*` are the fields of the [`Header`]: texts as they are, everything else as JSON. Two BLAKE3
 //! sums stand over the whole: `gloss.pixels_sum` over the pixels' words, `gloss.header_sum` over the other attributes,
 //! so that a damaged file is never taken for a picture.
 
-use super::header::{FORMAT, Header};
-use crate::film::{Film, Pixel, PixelRect, RadianceSum, SquareSum};
+use super::header::{FORMAT, Header, Identity};
+use super::words::InWords;
+use crate::film::{Film, PixelRect};
 use crate::image_io::{ImageError, write_atomically};
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -69,34 +79,6 @@ pub enum CheckpointError {
         /// What it says.
         found: String,
     },
-}
-
-/// Words of a pixel: 3 x 4 of the sums, 4 of the squares, the count.
-const WORDS: usize = 17;
-
-fn words(pixel: &Pixel) -> [u32; WORDS] {
-    let mut words = [0; WORDS];
-    for (four, sum) in words.chunks_exact_mut(4).zip(pixel.sum) {
-        four.copy_from_slice(&sum.to_words());
-    }
-    words[12..16].copy_from_slice(&pixel.sum_of_squares.to_words());
-    words[16] = pixel.count;
-    words
-}
-
-fn pixel(words: &[u32; WORDS]) -> Pixel {
-    let four = |i: usize| [words[i], words[i + 1], words[i + 2], words[i + 3]];
-    Pixel {
-        sum: [0, 4, 8].map(|i| RadianceSum::from_words(four(i))),
-        sum_of_squares: SquareSum::from_words(four(12)),
-        count: words[16],
-    }
-}
-
-fn channel_names() -> impl Iterator<Item = String> {
-    let sums = ["sum.r", "sum.g", "sum.b", "squares"];
-    let words = sums.into_iter().flat_map(|sum| (0..4).map(move |word| format!("{sum}.{word}")));
-    words.chain(["count".to_owned()])
 }
 
 /// Writes a film with its header, whole or not at all.
@@ -235,46 +217,75 @@ fn own_attributes(layer: &exr::meta::header::Header) -> BTreeMap<String, String>
 const PREFIX: &str = "gloss.";
 
 fn channels(film: &Film) -> AnyChannels<FlatSamples> {
-    let mut columns: [Vec<u32>; WORDS] = std::array::from_fn(|_| Vec::with_capacity(film.pixels.len()));
     let mut means: [Vec<f32>; 3] = Default::default();
     for pixel in &film.pixels {
-        columns.iter_mut().zip(words(pixel)).for_each(|(column, word)| column.push(word));
         means.iter_mut().zip(pixel.mean().to_array()).for_each(|(mean, value)| mean.push(value));
     }
-    let words = channel_names().zip(columns);
-    let words = words.map(|(name, column)| AnyChannel::new(name.as_str(), FlatSamples::U32(column)));
     let means = ["R", "G", "B"].into_iter().zip(means);
-    let means = means.map(|(name, mean)| AnyChannel::new(name, FlatSamples::F32(mean)));
-    AnyChannels::sort(words.chain(means).collect())
+    let mut all: Vec<_> = means.map(|(name, mean)| AnyChannel::new(name, FlatSamples::F32(mean))).collect();
+    all.extend(columns(&film.pixels));
+    if !film.guides.is_empty() {
+        all.extend(columns(&film.guides));
+    }
+    AnyChannels::sort(all.into())
+}
+
+/// A channel for each of the words of these.
+fn columns<const N: usize, T: InWords<N>>(all: &[T]) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
+    let mut columns: [Vec<u32>; N] = std::array::from_fn(|_| Vec::with_capacity(all.len()));
+    for one in all {
+        columns.iter_mut().zip(one.to_words()).for_each(|(column, word)| column.push(word));
+    }
+    T::names().zip(columns).map(|(name, column)| AnyChannel::new(name.as_str(), FlatSamples::U32(column)))
 }
 
 fn film_of(header: &Header, channels: &AnyChannels<FlatSamples>) -> Result<Film, String> {
-    let mut columns = Vec::with_capacity(WORDS);
-    for name in channel_names() {
+    let Identity { resolution, aovs, .. } = &header.identity;
+    let mut film = Film::new(*resolution, header.rect()).with_guides(!aovs.is_empty());
+    film.dropped = header.dropped;
+    fill(&mut film.pixels, channels)?;
+    if !film.guides.is_empty() {
+        fill(&mut film.guides, channels)?;
+    }
+    Ok(film)
+}
+
+/// The reverse of [`columns`].
+fn fill<const N: usize, T: InWords<N>>(
+    all: &mut [T],
+    channels: &AnyChannels<FlatSamples>,
+) -> Result<(), String> {
+    let mut columns = Vec::with_capacity(N);
+    for name in T::names() {
         let found = channels.list.iter().find(|channel| channel.name == *name.as_str());
         match found.map(|channel| &channel.sample_data) {
             Some(FlatSamples::U32(column)) => columns.push(column),
             _ => return Err(format!("the channel {name} is missing")),
         }
     }
-    let mut film = Film::new(header.identity.resolution, header.rect());
-    film.dropped = header.dropped;
-    if columns.iter().any(|column| column.len() != film.pixels.len()) {
+    if columns.iter().any(|column| column.len() != all.len()) {
         return Err("a channel has another size".into());
     }
-    for (i, to) in film.pixels.iter_mut().enumerate() {
-        *to = pixel(&std::array::from_fn(|word| columns[word][i]));
+    for (i, one) in all.iter_mut().enumerate() {
+        *one = T::from_words(&std::array::from_fn(|word| columns[word][i]));
     }
-    Ok(film)
+    Ok(())
 }
 
 fn pixels_sum(film: &Film) -> String {
     let mut hasher = blake3::Hasher::new();
-    for row in film.pixels.chunks(film.rect.width().max(1) as usize) {
-        let bytes: Vec<u8> = row.iter().flat_map(words).flat_map(u32::to_le_bytes).collect();
+    hash(&film.pixels, &mut hasher);
+    hash(&film.guides, &mut hasher);
+    hasher.finalize().to_hex().to_string()
+}
+
+fn hash<const N: usize, T: InWords<N>>(all: &[T], hasher: &mut blake3::Hasher) {
+    /// Pixels whose bytes are in memory at once.
+    const AT_ONCE: usize = 1024;
+    for some in all.chunks(AT_ONCE) {
+        let bytes: Vec<u8> = some.iter().flat_map(InWords::to_words).flat_map(u32::to_le_bytes).collect();
         hasher.update(&bytes);
     }
-    hasher.finalize().to_hex().to_string()
 }
 
 fn header_sum(attributes: &BTreeMap<String, String>) -> String {
@@ -315,20 +326,28 @@ fn header_of(attributes: &BTreeMap<String, String>) -> serde_json::Result<Header
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::core::Rgb;
     use crate::farm::Part;
     use crate::farm::header::tests::identity;
+    use crate::film::{Guide, RadianceGathered};
     use crate::image_io::read_image;
     use crate::render::Decisions;
+    use crate::scene::Aov;
 
-    fn checkpoint() -> Checkpoint {
-        let identity = identity();
+    fn checkpoint(aovs: Vec<Aov>) -> Checkpoint {
+        let identity = Identity { aovs, ..identity() };
         let rect = PixelRect { x0: 1, y0: 1, x1: 5, y1: 3 };
-        let mut film = Film::new(identity.resolution, rect);
+        let mut film = Film::new(identity.resolution, rect).with_guides(!identity.aovs.is_empty());
         film.dropped.nan = 3;
         for (i, pixel) in film.pixels.iter_mut().enumerate() {
             for n in 0..i {
                 let value = (i as f32 * 0.37 + n as f32).exp();
-                pixel.add([value, 1e-9 * value, 1e9 * value].map(crate::film::RadianceGathered::from));
+                let radiance = [value, 1e-9 * value, 1e9 * value].map(RadianceGathered::from);
+                pixel.add(radiance);
+                if let Some(guide_pixel) = film.guides.get_mut(i) {
+                    let (albedo, normal) = (Rgb::new(0.1, 1e-9, 0.9), [-0.6, 0.0, 0.8]);
+                    guide_pixel.add(&Guide { albedo, normal, depth: value }, radiance);
+                }
             }
         }
         let header = Header {
@@ -347,18 +366,20 @@ mod tests {
     fn a_checkpoint_comes_back_to_the_bit_and_is_a_picture() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.exr");
-        let mut written = checkpoint();
-        written.header.identity.scene = "Zimt \"1\".toml".into();
-        written.write(&path).unwrap();
-        assert_eq!(Checkpoint::read(&path).unwrap(), written);
-        assert_eq!(read_image(&path).unwrap().pixels, written.film.image());
+        for aovs in [vec![], vec![Aov::Normal, Aov::Depth]] {
+            let mut written = checkpoint(aovs);
+            written.header.identity.scene = "Zimt \"1\".toml".into();
+            written.write(&path).unwrap();
+            assert_eq!(Checkpoint::read(&path).unwrap(), written);
+            assert_eq!(read_image(&path).unwrap().pixels, written.film.image());
+        }
     }
 
     #[test]
     fn no_damaged_file_is_taken_for_a_checkpoint() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.exr");
-        let written = checkpoint();
+        let written = checkpoint(vec![Aov::Albedo]);
         written.write(&path).unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for length in (0..bytes.len()).step_by(97) {
@@ -387,7 +408,7 @@ mod tests {
         let picture = crate::image_io::Image::new(1, 1, vec![crate::core::Rgb::WHITE]);
         crate::image_io::write_exr(&path, &picture, &Default::default()).unwrap();
         assert!(message(&path).contains("no exact sums"));
-        let mut newer = checkpoint();
+        let mut newer = checkpoint(vec![]);
         newer.header.format = 99;
         newer.write(&path).unwrap();
         assert!(message(&path).contains("has format 99"));

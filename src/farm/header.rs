@@ -4,6 +4,7 @@ use super::shard::{Shard, ShardBy};
 use crate::film::{Dropped, PixelRect};
 use crate::integrator::Tally;
 use crate::render::Decisions;
+use crate::scene::Aov;
 use serde::{Deserialize, Serialize};
 
 /// Which picture: what must agree before films may be added or a render goes on.
@@ -27,6 +28,9 @@ pub struct Identity {
     pub picture: PixelRect,
     /// Samples per pixel that all parts together hold.
     pub spp: u32,
+    /// Pictures beside the picture, of which the film then knows all.
+    #[serde(default)]
+    pub aovs: Vec<Aov>,
     /// The error at which pixels are left alone, if there is one.
     pub noise: Option<f64>,
     /// Whether samples depend on what the render has found before (a threshold, splitting by a pilot, samples where noise
@@ -224,6 +228,7 @@ pub(super) mod tests {
             resolution: [5, 3],
             picture,
             spp: 16,
+            aovs: vec![],
             noise: None,
             adaptive: false,
             grows: true,

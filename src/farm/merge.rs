@@ -86,7 +86,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged, MergeError> {
     let missing = missing(&pieces);
 
     // One film at a time is in memory besides the whole.
-    let mut film = Film::new(identity.resolution, identity.picture);
+    let mut film = Film::new(identity.resolution, identity.picture).with_guides(!identity.aovs.is_empty());
     let mut header = Header {
         parts: vec![],
         dropped: Default::default(),

@@ -12,6 +12,7 @@ mod merge;
 mod scheduler;
 mod shard;
 pub mod submit;
+mod words;
 
 pub use file::{Checkpoint, CheckpointError, Summary};
 pub use header::{Header, Identity, Part};

@@ -18,13 +18,15 @@
 //! later, so that each pixel's mean is that of a number of samples which its own samples had no part in (but for the
 //! place in the order at which the samples are used up, which is one number of the whole picture).
 
+use super::cost::cost;
 use super::decisions::Block;
-use super::split::SplitMap;
-use super::tile::Tile;
-use super::{Picture, StopReason};
+use super::split::Splits;
+use super::tile::{Lack, Tile};
+use super::{Picture, RenderOptions, StopReason};
 use crate::film::{Film, PixelRect};
-use crate::integrator::{RayClass, Scratch, Tally, Work};
+use crate::integrator::{Scratch, Tally};
 use crate::scene::Settings;
+use crate::scene::settings::EVEN_SAMPLES;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -48,7 +50,7 @@ pub(super) struct Found {
 pub(super) type Shares = BTreeMap<Block, [u32; 2]>;
 
 /// Samples in each of the two halves that every pixel has; those beyond are shared out.
-const HALF: u32 = 8;
+const HALF: u32 = EVEN_SAMPLES / 2;
 
 /// Edge of the blocks of pixels that get equal numbers of samples: as small as an edge that makes noise needs it, as large as
 /// a tolerable estimate of the noise needs it.
@@ -64,9 +66,6 @@ const LEAST_ERROR: f64 = 0.5;
 /// Fraction of the picture's mean luminance that is added to a pixel's: an error below it is seen less and less.
 const FLOOR: f64 = 0.1;
 
-/// A camera ray's cost by that of a ray that leaves a surface, which is less coherent and brings shading with it.
-const CAMERA_RAY: f64 = 0.5;
-
 /// Up to this number of samples it grows in powers of two.
 const COARSE: u32 = 32;
 
@@ -79,27 +78,21 @@ fn colour(&(x, y): &(u32, u32)) -> usize {
     (x + y) as usize & 1
 }
 
-/// Whether samples are shared out by noise, if there are enough: where it is wanted, and numbers may end at any sample.
-fn shares_out(settings: &Settings) -> bool {
-    settings.adaptive && settings.sampler.is_sequence()
-}
-
-/// Whether there are so many samples per pixel that noise is looked for.
-pub(super) fn looks_for_noise(settings: &Settings, count: u32) -> bool {
-    shares_out(settings) && count >= 2 * HALF
+/// Whether samples are shared out by noise, where there are `count` per pixel; a threshold says by itself where they go.
+pub(super) fn shares_out(settings: &Settings, options: &RenderOptions<'_>, count: u32) -> bool {
+    settings.shares_out(count) && options.noise.is_none()
 }
 
 /// Whether a picture of these settings can get more samples per pixel: not where all its numbers are others then, and not
 /// when the second half has only begun, since the first is no longer told from it.
 pub fn can_grow(settings: &Settings) -> bool {
     let is_between = settings.spp > HALF && settings.spp < 2 * HALF;
-    settings.sampler.is_sequence() && !(shares_out(settings) && is_between)
+    settings.sampler.is_sequence() && !(settings.adaptive && is_between)
 }
 
 /// Measures what two films of as many samples of the same pixels differ by.
 fn measure(halves: [&Film; 2], pixels: &[(u32, u32)], tally: &Tally) -> BTreeMap<Block, Found> {
-    let camera = tally.class(RayClass::Primary).rays as f64;
-    let cost = CAMERA_RAY + (tally.all_rays().rays as f64 - camera) / camera.max(1.0);
+    let cost = cost(tally) / (tally.samples as f64).max(1.0);
     let mut blocks: BTreeMap<Block, Found> = BTreeMap::new();
     for pixel in pixels {
         let [a, b] = [0, 1].map(|half: usize| halves[half].pixel(pixel.0, pixel.1).mean().luminance());
@@ -217,31 +210,19 @@ fn total(shares: &Shares, rect: PixelRect, count: u32) -> u64 {
 }
 
 impl Picture<'_> {
-    /// Finds out where the picture is noisy, by the first samples, of which `done` are there: the samples per pixel from
-    /// which on they are shared out, or `None` where all of `count` are even.
-    pub(super) fn find_noise(
-        &mut self,
-        done: u32,
-        count: u32,
-        splits: &SplitMap,
-    ) -> Result<Option<u32>, StopReason> {
-        // Samples that are there belong to the first half, if they all do.
-        let start = if done > HALF { done } else { 0 };
-        let end = start + 2 * HALF;
-        // A threshold says by itself where samples go.
-        let is_told = self.options.noise.is_some();
-        if is_told || !looks_for_noise(&self.scene.settings, count) || count < end {
+    /// Finds out where the picture is noisy, by the first samples: the samples per pixel from which on they are shared out,
+    /// or `None` where all of `count` are even.
+    pub(super) fn find_noise(&mut self, count: u32, splits: &Splits) -> Result<Option<u32>, StopReason> {
+        if !shares_out(&self.scene.settings, self.options, count) {
             return Ok(None);
         }
-        self.each_tile(|number, tile, scratch| {
-            self.measure_noise(tile, start, splits.of_tile(number), scratch);
-        });
+        self.each_tile(|_, tile, scratch| self.measure_noise(tile, splits, scratch));
         if let Some(reason) = self.must_stop() {
             return Err(reason);
         }
-        let shares = self.shares(end, count);
+        let shares = self.shares(EVEN_SAMPLES, count);
         self.total = total(&shares, self.state().film.rect, count);
-        Ok(Some(end))
+        Ok(Some(EVEN_SAMPLES))
     }
 
     /// How `count` samples per pixel are shared out, of which each has had `start`.
@@ -249,42 +230,36 @@ impl Picture<'_> {
         share_out(&self.state().decisions.found, start, count)
     }
 
-    /// Brings every pixel of a tile from `start` samples or fewer to two halves of them more, and measures what these differ
-    /// by.
+    /// Brings every pixel of a tile to two halves of samples, and measures what these differ by.
     ///
-    /// A tile that is interrupted is left as it was: what is measured must be all of it.
-    fn measure_noise(&self, tile: &Tile, start: u32, split: u32, scratch: &mut Scratch) {
+    /// Not those of a pilot, which has brought them as far. A tile that is interrupted is left as it was: what is measured
+    /// must be all of it.
+    fn measure_noise(&self, tile: &Tile, splits: &Splits, scratch: &mut Scratch) {
         let started = Instant::now();
-        let Some(any) = tile.active.first() else { return };
-        let (middle, end) = (start + HALF, start + 2 * HALF);
+        let measured: Vec<_> = tile.active.iter().copied().filter(|pixel| !splits.is_pilot(pixel)).collect();
+        let Some(any) = measured.first() else { return };
         let (mut half, lacking) = {
             let state = self.lock();
             if state.decisions.found.contains_key(&block_of(any)) {
                 return;
             }
-            let before = if start == 0 { part(&state.film, tile.rect) } else { self.film(tile.rect) };
-            (before, tile.pixels_by_lack(&state.film, |_| middle))
+            let target = |pixel: &_| if splits.is_pilot(pixel) { 0 } else { HALF };
+            (part(&state.film, tile.rect), tile.pixels_by_lack(&state.film, target, splits))
         };
         if self.must_stop().is_some() {
             return;
         }
-        let render = |film: &mut Film, scratch: &mut Scratch, pixels: &[(u32, u32)], from: u32, to: u32| {
-            let samples = self.samples.start + from..self.samples.start + to;
-            let mut tally = Tally::default();
-            self.integrator.render(film, &Work { pixels, samples, split }, scratch, &mut tally, self.stop);
-            film.dropped.merge(tally.dropped);
-            tally
-        };
-        let (mut first, mut second, mut tally) =
-            (self.film(tile.rect), self.film(tile.rect), Tally::default());
-        for ((from, to), pixels) in lacking {
-            tally.merge(&render(&mut first, scratch, &pixels, from, to));
+        let (mut first, mut second) = (self.film(tile.rect), self.film(tile.rect));
+        let mut tally = Tally::default();
+        for (lack, pixels) in lacking {
+            tally.merge(&self.take_samples(&mut first, &pixels, lack, scratch));
         }
         // The cost is that of the second half: of the first, an earlier render may have taken a part.
-        let counted = render(&mut second, scratch, &tile.active, middle, end);
+        let lack = Lack { count: HALF, target: EVEN_SAMPLES, split: splits.others };
+        let counted = self.take_samples(&mut second, &measured, lack, scratch);
         if !self.stop.load(Ordering::Relaxed) {
             half.merge(&first);
-            let found = measure([&half, &second], &tile.active, &counted);
+            let found = measure([&half, &second], &measured, &counted);
             tally.merge(&counted);
             self.take(&[first, second], &tally, started, |decisions| decisions.found.extend(found));
         }

@@ -1,7 +1,7 @@
 //! What a render has decided from its own samples, so that after a break it goes on as if there had been none.
 
 use super::adaptive::Found;
-use super::split::Measured;
+use super::split::Trials;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,16 +9,16 @@ use std::collections::{BTreeMap, BTreeSet};
 /// that are judged clean.
 pub(super) type Block = (u32, u32);
 
-/// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, and how
-/// the tiles' splitting turned out in the pilot rounds.
+/// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, where there
+/// is noise, and how splitting turned out in the pilot's pixels.
 ///
 /// Together with the film, it is all that the samples still to come depend on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decisions {
     /// Samples per pixel at the end of the round in work; 0 before the first.
     pub(super) target: u32,
-    /// What was measured in the tiles that either pilot round is done with.
-    pub(super) pilot: [Vec<Option<Measured>>; 2],
+    /// What the pilot's pixels of each tile were like, where they are done.
+    pub(super) pilot: Vec<Option<Trials>>,
     /// What the first samples have found, block by block, where samples are shared out.
     #[serde(with = "pairs", default)]
     pub(super) found: BTreeMap<Block, Found>,
@@ -29,18 +29,11 @@ pub struct Decisions {
 }
 
 impl Decisions {
-    /// Makes room for the pilot rounds of so many tiles, where there is none yet.
+    /// Makes room for a pilot in so many tiles, where there is none yet.
     pub(super) fn prepare_pilot(&mut self, tiles: usize) {
-        for measured in &mut self.pilot {
-            if measured.len() != tiles {
-                *measured = vec![None; tiles];
-            }
+        if self.pilot.len() != tiles {
+            self.pilot = vec![None; tiles];
         }
-    }
-
-    /// What a pilot round measured in each tile.
-    pub(super) fn measured(&self, pilot: usize) -> Vec<Measured> {
-        self.pilot[pilot].iter().map(|tile| tile.unwrap_or_default()).collect()
     }
 }
 

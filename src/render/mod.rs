@@ -5,6 +5,7 @@
 
 mod adaptive;
 mod aov;
+mod cost;
 mod decisions;
 mod noise;
 mod split;
@@ -16,12 +17,12 @@ use crate::guiding::CausticMap;
 use crate::integrator::{Integrator, Scratch, Work};
 use crate::scene::{GlossySamples, Scene};
 use rayon::prelude::*;
-use split::SplitMap;
+use split::{Parts, Role, Splits, Trials};
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use tile::{Tile, tiles};
+use tile::{Lack, Tile, tiles};
 
 pub use adaptive::can_grow;
 pub use aov::aov_channels;
@@ -172,14 +173,12 @@ pub fn render(
 }
 
 /// A pass over all tiles.
-struct Round<'a> {
+struct Round {
     /// Samples per pixel at its end.
     target: u32,
-    /// Which of the pilot rounds it is, if it is one.
-    pilot: Option<usize>,
     /// How its samples are shared out, where they are not even.
     shares: Option<adaptive::Shares>,
-    splits: &'a SplitMap,
+    splits: Splits,
 }
 
 const NO_PANIC: &str = "a thread that panics ends the render";
@@ -219,7 +218,7 @@ impl<'a> Picture<'a> {
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
         let samples = options.samples.clone().unwrap_or(0..scene.settings.spp);
-        let by_tile = adaptive::looks_for_noise(&scene.settings, samples.end - samples.start)
+        let by_tile = adaptive::shares_out(&scene.settings, options, samples.end - samples.start)
             || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
         let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         let total = rect.area() as u64 * u64::from(samples.end - samples.start);
@@ -242,22 +241,20 @@ impl<'a> Picture<'a> {
     /// Takes rounds of samples until a rule says that it is enough.
     fn render(&mut self) -> StopReason {
         let count = self.samples.end - self.samples.start;
-        let mut splits = SplitMap::constant(self.scene.settings.glossy_samples.at(0), self.tiles.len());
-        let mut done = 0;
+        let mut splits = Splits::constant(self.scene.settings.glossy_samples.at(0));
         if matches!(self.scene.settings.glossy_samples, GlossySamples::Auto(_)) {
-            match self.pilot(&mut done, count) {
+            match self.pilot(count) {
                 Ok(chosen) => splits = chosen,
                 Err(reason) => return reason,
             }
         }
-        let pilot = match self.find_noise(done, count, &splits) {
-            Ok(pilot) => pilot,
+        let even = match self.find_noise(count, &splits) {
+            Ok(even) => even,
             Err(reason) => return reason,
         };
-        done = pilot.unwrap_or(done);
         // A render that goes on is in the middle of a round.
         let mut target = match self.state().decisions.target {
-            0 => self.next_round(done, count),
+            0 => self.next_round(even.unwrap_or(0), count),
             in_work => in_work,
         };
         loop {
@@ -265,8 +262,8 @@ impl<'a> Picture<'a> {
             if self.all_clean() {
                 return StopReason::Noise;
             }
-            let shares = pilot.map(|pilot| self.shares(pilot, target));
-            self.round(&Round { target, pilot: None, shares, splits: &splits });
+            let shares = even.map(|even| self.shares(even, target));
+            self.round(&Round { target, shares, splits });
             if let Some(reason) = self.must_stop() {
                 return reason;
             }
@@ -299,27 +296,51 @@ impl<'a> Picture<'a> {
         count.min(done + (done / 2).max(FIRST_ROUND))
     }
 
-    /// Two small rounds, of one ray per glossy hit and of several: what they cost and what they gain decides.
-    fn pilot(&mut self, done: &mut u32, count: u32) -> Result<SplitMap, StopReason> {
+    /// Tries splitting in some pixels, which tells what is best for the others.
+    fn pilot(&mut self, count: u32) -> Result<Splits, StopReason> {
+        let samples = split::samples_of_part(count);
+        if samples == 0 {
+            return Ok(Splits::constant(1));
+        }
         let tiles = self.tiles.len();
         self.state().decisions.prepare_pilot(tiles);
-        for (pilot, split) in [1, split::PILOT_SPLIT].into_iter().enumerate() {
-            *done = count.min(*done + split::pilot_samples(count));
-            let splits = SplitMap::constant(split, tiles);
-            self.round(&Round { target: *done, pilot: Some(pilot), shares: None, splits: &splits });
-            if let Some(reason) = self.must_stop() {
-                return Err(reason);
-            }
+        self.each_tile(|number, tile, scratch| self.try_splitting(number, tile, samples, scratch));
+        if let Some(reason) = self.must_stop() {
+            return Err(reason);
         }
-        let top = self.tiles.first().map_or(0, |tile| tile.rect.y0);
-        let columns = self.tiles.iter().take_while(|tile| tile.rect.y0 == top).count();
-        let decisions = &self.state().decisions;
-        Ok(SplitMap::choose(&decisions.measured(0), &decisions.measured(1), columns))
+        Ok(Splits::chosen(self.state().decisions.pilot.iter().flatten().cloned()))
+    }
+
+    /// Takes the first samples of the pilot's pixels of a tile, and measures them; a tile that is interrupted is left as it
+    /// was.
+    fn try_splitting(&self, number: usize, tile: &Tile, samples: u32, scratch: &mut Scratch) {
+        let started = Instant::now();
+        if self.must_stop().is_some() || self.lock().decisions.pilot[number].is_some() {
+            return;
+        }
+        let (mut film, mut tally) = (self.film(tile.rect), Tally::default());
+        let mut trials = Trials::default();
+        for role in [Role::One, Role::Many] {
+            let pixels: Vec<_> =
+                tile.active.iter().copied().filter(|pixel| Role::of(pixel) == role).collect();
+            let (mut parts, mut counted) = (Parts::new(pixels.len()), Tally::default());
+            for part in 0..split::PARTS {
+                let (count, target) = (part * samples, (part + 1) * samples);
+                let lack = Lack { count, target, split: role.split() };
+                counted.merge(&self.take_samples(&mut film, &pixels, lack, scratch));
+                parts.note(&film, &pixels, samples);
+            }
+            *trials.of(role) = parts.trial(&counted);
+            tally.merge(&counted);
+        }
+        if !self.stop.load(Ordering::Relaxed) {
+            self.take(&[film], &tally, started, |decisions| decisions.pilot[number] = Some(trials));
+        }
     }
 
     /// Brings every pixel that is still in work to the round's number of samples.
-    fn round(&self, round: &Round<'_>) {
-        self.each_tile(|number, tile, scratch| self.tile(round, number, tile, scratch));
+    fn round(&self, round: &Round) {
+        self.each_tile(|_, tile, scratch| self.tile(round, tile, scratch));
     }
 
     /// Calls `work` with the number of each tile, on all threads.
@@ -333,42 +354,39 @@ impl<'a> Picture<'a> {
         });
     }
 
-    fn tile(&self, round: &Round<'_>, number: usize, tile: &Tile, scratch: &mut Scratch) {
+    fn tile(&self, round: &Round, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
-        let mut film = self.film(tile.rect);
-        let mut tally = Tally::default();
         if self.must_stop().is_some() {
             return;
         }
-        let groups = {
-            let state = self.lock();
-            if round.pilot.is_some_and(|pilot| state.decisions.pilot[pilot][number].is_some()) {
-                return;
-            }
-            tile.pixels_by_lack(&state.film, |pixel| {
-                let share = round.shares.as_ref().and_then(|shares| adaptive::share(shares, pixel));
-                share.unwrap_or(round.target)
-            })
+        let target = |pixel: &_| {
+            let share = round.shares.as_ref().and_then(|shares| adaptive::share(shares, pixel));
+            share.unwrap_or(round.target)
         };
+        let groups = tile.pixels_by_lack(&self.lock().film, target, &round.splits);
         if groups.is_empty() {
             return;
         }
-        for ((count, target), pixels) in groups {
-            let samples = self.samples.start + count..self.samples.start + target;
-            let work = Work { pixels: &pixels, samples, split: round.splits.of_tile(number) };
-            self.integrator.render(&mut film, &work, scratch, &mut tally, self.stop);
+        let (mut film, mut tally) = (self.film(tile.rect), Tally::default());
+        for (lack, pixels) in groups {
+            tally.merge(&self.take_samples(&mut film, &pixels, lack, scratch));
         }
-        // What a pilot round measures of a tile must be all of it.
-        if round.pilot.is_some() && self.stop.load(Ordering::Relaxed) {
-            return;
-        }
-        film.dropped = tally.dropped;
-        let measured = split::Measured::new(&film, &tally);
-        self.take(&[film], &tally, started, |decisions| {
-            if let Some(pilot) = round.pilot {
-                decisions.pilot[pilot][number] = Some(measured);
-            }
-        });
+        self.take(&[film], &tally, started, |_| {});
+    }
+
+    /// Takes the samples that pixels of a tile lack, and what could not be added with them.
+    fn take_samples(
+        &self,
+        film: &mut Film,
+        pixels: &[(u32, u32)],
+        Lack { count, target, split }: Lack,
+        scratch: &mut Scratch,
+    ) -> Tally {
+        let samples = self.samples.start + count..self.samples.start + target;
+        let mut tally = Tally::default();
+        self.integrator.render(film, &Work { pixels, samples, split }, scratch, &mut tally, self.stop);
+        film.dropped.merge(tally.dropped);
+        tally
     }
 
     /// An empty film for a part of the picture.

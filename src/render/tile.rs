@@ -1,5 +1,6 @@
 //! Tiles: the parts of a picture that one thread renders at a time.
 
+use super::split::Splits;
 use crate::film::{Film, PixelRect};
 use crate::integrator::z_order;
 use std::collections::BTreeMap;
@@ -12,20 +13,32 @@ pub(super) struct Tile {
     pub active: Vec<(u32, u32)>,
 }
 
+/// What pixels of a tile lack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Lack {
+    /// Samples that they have.
+    pub count: u32,
+    /// Samples that they are to have.
+    pub target: u32,
+    /// Rays at their first glossy hits.
+    pub split: u32,
+}
+
 impl Tile {
-    /// The active pixels that have fewer samples than their target, by the samples that they lack.
+    /// The active pixels that have fewer samples than their target, by what they lack.
     ///
     /// Mostly that is one group; after an interruption, and where samples are shared out, neighbours may differ.
     pub(super) fn pixels_by_lack(
         &self,
         film: &Film,
         target: impl Fn(&(u32, u32)) -> u32,
-    ) -> BTreeMap<(u32, u32), Vec<(u32, u32)>> {
-        let mut groups: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
+        splits: &Splits,
+    ) -> BTreeMap<Lack, Vec<(u32, u32)>> {
+        let mut groups: BTreeMap<Lack, Vec<(u32, u32)>> = BTreeMap::new();
         for pixel in &self.active {
             let (count, target) = (film.pixel(pixel.0, pixel.1).count, target(pixel));
             if count < target {
-                groups.entry((count, target)).or_default().push(*pixel);
+                groups.entry(Lack { count, target, split: splits.of(pixel) }).or_default().push(*pixel);
             }
         }
         groups

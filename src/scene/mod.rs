@@ -19,7 +19,9 @@ pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
 pub use light::{EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver};
-pub use load::{Format, GeometryCache, Location, Override, SceneError, load, load_str, load_with};
+pub use load::{
+    Format, GeometryCache, Location, Override, SceneError, load, load_settings, load_str, load_with,
+};
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
 pub use preset::Preset;

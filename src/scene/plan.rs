@@ -5,7 +5,7 @@ use super::{
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
-use crate::scene::settings::MAX_AUTO_SPLIT;
+use crate::scene::settings::{EVEN_SAMPLES, MAX_AUTO_SPLIT};
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -26,6 +26,8 @@ pub struct Plan {
     pub bounces: bool,
     /// Rays into which the first glossy hit of a path splits.
     pub split: u32,
+    /// Whether a pilot finds out into how many rays it splits.
+    pub splits_by_pilot: bool,
     /// The most glossy rays that one camera ray can lead to, if there is a bound.
     pub glossy_rays_bound: Option<f64>,
     /// Whether directions towards lights are sampled.
@@ -36,6 +38,8 @@ pub struct Plan {
     pub environment_table: bool,
     /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
     pub guides: bool,
+    /// Whether samples are shared out by noise.
+    pub shares_out: bool,
     /// Whether rays say what they must not hit: else an accelerator need not be ready for it.
     pub needs_skip: bool,
 }
@@ -60,6 +64,9 @@ impl Plan {
             has_delta,
             bounces,
             split: if has_glossy && goes_on { settings.glossy_samples.at(0) } else { 1 },
+            splits_by_pilot: has_glossy
+                && goes_on
+                && matches!(settings.glossy_samples, GlossySamples::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,
@@ -70,6 +77,7 @@ impl Plan {
                 && has_diffuse
                 && (has_glossy || has_delta)
                 && lights.samples,
+            shares_out: settings.shares_out(settings.spp),
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
         }
     }
@@ -85,9 +93,14 @@ impl Plan {
             "reflected rays are traced",
             "reflected rays (nothing reflects, or the depth is 0)",
         );
+        let into = if self.splits_by_pilot {
+            "as many rays as a pilot finds to be worth it".to_owned()
+        } else {
+            format!("{} rays", self.split)
+        };
         say(
-            self.has_glossy && self.split > 1,
-            &format!("the first glossy hit splits into {} rays", self.split),
+            self.splits_by_pilot || self.has_glossy && self.split > 1,
+            &format!("the first glossy hit splits into {into}"),
             "splitting (no glossy surface, or one ray per hit)",
         );
         say(
@@ -110,6 +123,13 @@ impl Plan {
             self.needs_skip,
             "rays skip the surface that they leave",
             "the skip rule (no ray leaves a surface, or the offset alone is asked for)",
+        );
+        say(
+            self.shares_out,
+            &format!("samples beyond {EVEN_SAMPLES} per pixel go where the noise is"),
+            &format!(
+                "sharing samples out by noise (not wanted, less than {EVEN_SAMPLES} per pixel, or a sampler of a fixed number)"
+            ),
         );
         match self.glossy_rays_bound {
             Some(most) if most > 1e4 => {

@@ -44,7 +44,8 @@ pub enum GlossySamples {
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
-    /// As many at the first glossy hit as a pilot pass finds to be worth their time, one at those after it.
+    /// As many at the first glossy hit as a pilot finds to be worth their time for the picture as a whole, one at those
+    /// after it. One pixel in 64 tries 4 and one tries 1, and both keep to it.
     Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
@@ -55,6 +56,9 @@ pub enum GlossySamples {
 
 /// More rays than these at a glossy hit are never worth it: what is gained is less than the pilot's own error.
 pub const MAX_AUTO_SPLIT: u32 = 64;
+
+/// Samples that every pixel has before any are shared out.
+pub const EVEN_SAMPLES: u32 = 16;
 
 /// The word `auto`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -194,6 +198,12 @@ pub struct Settings {
 impl Settings {
     /// More reflections than any path has.
     pub const NEVER: u32 = u32::MAX;
+
+    /// Whether of `count` samples per pixel those beyond [`EVEN_SAMPLES`] go where the noise is: where that is wanted, and
+    /// numbers may end at any sample.
+    pub fn shares_out(&self, count: u32) -> bool {
+        self.adaptive && self.sampler.is_sequence() && count >= EVEN_SAMPLES
+    }
 }
 
 impl Default for Settings {

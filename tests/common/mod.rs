@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test program uses its own part")]
 
+pub(crate) mod place;
+
 use gloss::accel::{self, Backend, BuildOptions};
 use gloss::film::Film;
 use gloss::render::{Outcome, RenderOptions, Silent, render};

@@ -295,6 +295,12 @@ fn the_plan_asks_for_no_more_than_the_scene_needs() {
     let studio = "[environment]\ntype = \"studio\"\n";
     assert!(plan(&format!("{}{studio}", shape("g"))).environment_table);
     assert!(!plan(&format!("{}{studio}", shape("m"))).environment_table);
+    assert!(glossy.shares_out && !glossy.splits_by_pilot);
+    for setting in ["spp = 15", "adaptive = false", "sampler = \"regular\"", "preset = \"suffern\""] {
+        assert!(!plan(&format!("{}[settings]\n{setting}", shape("g"))).shares_out, "{setting}");
+    }
+    let auto = plan(&format!("{}[settings]\nglossy_samples = \"auto\"", shape("g")));
+    assert!(auto.splits_by_pilot && auto.lines().iter().any(|line| line.contains("a pilot")));
     // The lecture's tree: 9 + 81 + ... + 9^5 glossy rays.
     let tree = plan(&format!("{}[settings]\npreset = \"lecture\"", shape("g")));
     assert_eq!((tree.split, tree.glossy_rays_bound), (9, Some(66_429.0)));
@@ -316,4 +322,24 @@ fn the_hash_follows_the_scene_and_not_its_spelling() {
     {
         assert_ne!(hash(base), with(change), "{change}");
     }
+}
+
+#[test]
+fn many_mesh_files_are_read_as_each_alone() {
+    use gloss::geometry::{Generator, generate::generate, obj, ply};
+    let directory = tempfile::tempdir().unwrap();
+    let load = |text: &str| load_str(text, Format::Toml, directory.path(), &[]);
+    let shape = |kind: &str, file: &str| format!("[[shapes]]\ntype = \"{kind}\"\nfile = \"{file}\"\n");
+    obj::write(&directory.path().join("a.obj"), &generate(Generator::Knot, 900, 1)).unwrap();
+    ply::write(&directory.path().join("b.ply"), &generate(Generator::Blob, 700, 2)).unwrap();
+    let [a, b] = [shape("obj", "a.obj"), shape("ply", "b.ply")];
+
+    let all = load(&[&*a, &b, &a].concat()).unwrap();
+    let sizes: Vec<_> = all.shapes.iter().map(Shape::primitive_count).collect();
+    let alone = [&a, &b, &a].map(|text| load(text).unwrap().shapes[0].primitive_count());
+    assert_eq!(sizes, alone);
+    // The first that is wrong is named, whichever was read first.
+    let broken = [&*a, &shape("ply", "c.ply"), &b, &shape("obj", "d.obj")].concat();
+    let message = load(&broken).unwrap_err().to_string();
+    assert!(message.contains("c.ply") && message.contains(":6:8"), "{message}");
 }

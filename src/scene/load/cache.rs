@@ -81,22 +81,29 @@ impl GeometryCache {
         self.limit > 0
     }
 
+    /// Whether a file's hash is known, though the file may have changed since.
+    pub(super) fn knows(&self, path: &Path) -> bool {
+        self.hashes.contains_key(path)
+    }
+
+    /// Notes the hash of a file that has just been read.
+    pub(super) fn learn(&mut self, path: &Path, hash: Hash) {
+        if let Ok((length, modified)) = version_of(path) {
+            self.hashes.insert(path.to_owned(), (length, modified, hash));
+        }
+    }
+
     /// Hash of a file's contents; read again only if its size or time has changed.
     pub(super) fn hash_of(&mut self, path: &Path) -> io::Result<Hash> {
-        let meta = std::fs::metadata(path)?;
-        let (length, modified) = (meta.len(), meta.modified().ok());
+        let (length, modified) = version_of(path)?;
         if let Some((known_length, known, hash)) = self.hashes.get(path)
             && (*known_length, known) == (length, &modified)
             && modified.is_some()
         {
             return Ok(*hash);
         }
-        let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(std::fs::File::open(path)?)?;
-        let hash = hasher.finalize();
-        if self.is_used() {
-            self.hashes.insert(path.to_owned(), (length, modified, hash));
-        }
+        let hash = hash_file(path)?;
+        self.hashes.insert(path.to_owned(), (length, modified, hash));
         Ok(hash)
     }
 
@@ -189,6 +196,19 @@ impl GeometryCache {
             self.bytes -= forget(&mut self.unit_meshes, age);
         }
     }
+}
+
+/// By what a change of a file is noticed: its length and the time of its last change.
+fn version_of(path: &Path) -> io::Result<(u64, Option<SystemTime>)> {
+    let meta = std::fs::metadata(path)?;
+    Ok((meta.len(), meta.modified().ok()))
+}
+
+/// Hash of a file's contents.
+pub(super) fn hash_file(path: &Path) -> io::Result<Hash> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(std::fs::File::open(path)?)?;
+    Ok(hasher.finalize())
 }
 
 fn touch<K: Key + Eq, T: Clone>(clock: &mut u64, kept: &mut HashMap<K, Kept<T>>, key: &K) -> Option<T> {

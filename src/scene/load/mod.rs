@@ -1,13 +1,14 @@
 //! From a scene file to a [`Scene`].
 //!
 //! The way: text, a tree that knows where each value was written (`tree`), overrides (`overrides`), description types
-//! (`de`, [`desc`](super::desc)), then shapes in the scene's own coordinates (`shape`), the unit world around them,
+//! (`de`, [`desc`](super::desc)), the mesh files side by side (`files`), then shapes in the scene's own coordinates (`shape`), the unit world around them,
 //! and in it everything else. What is wrong is said with its place in the file (`error`, `source`).
 
 mod cache;
 mod camera;
 mod de;
 mod error;
+mod files;
 mod hash;
 mod light;
 mod material;
@@ -26,7 +27,7 @@ pub use error::{Location, SceneError};
 pub use overrides::Override;
 pub use source::Format;
 
-use super::{Geometry, Scene};
+use super::{Geometry, Scene, Settings};
 use crate::core::Rgb;
 use crate::geometry::Shape;
 use material::MaterialTable;
@@ -52,10 +53,22 @@ pub fn load_with(
     overrides: &[Override],
     cache: &mut GeometryCache,
 ) -> Result<Scene, SceneError> {
+    build(&open(path, overrides)?, path.parent().unwrap_or(Path::new("")), cache)
+}
+
+/// The settings alone: no file that the scene names is read.
+///
+/// # Errors
+/// As [`load`], but for what is wrong in the rest of the scene.
+pub fn load_settings(path: &Path, overrides: &[Override]) -> Result<Settings, SceneError> {
+    let source = open(path, overrides)?;
+    settings::checked(&source.description()?.settings, &source)
+}
+
+fn open(path: &Path, overrides: &[Override]) -> Result<Source, SceneError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-    let source = Source::new(path, text, Format::of(path), overrides)?;
-    build(&source, path.parent().unwrap_or(Path::new("")), cache)
+    Source::new(path, text, Format::of(path), overrides)
 }
 
 /// The same of a text; files that it names are sought in `base_dir`, and messages call it `<scene>`.

@@ -1,12 +1,13 @@
 //! Shapes of the file as parts in the scene's coordinates.
 
 use super::cache::MeshKey;
+use super::files::MeshFiles;
 use super::material::MaterialTable;
 use super::part::{Body, Part};
 use super::source::{At, Source};
 use super::transform;
 use super::{Notes, SceneError};
-use crate::geometry::{MeshSource, generate, obj, ply, tessellate};
+use crate::geometry::{MeshSource, generate, tessellate};
 use crate::scene::desc::shape::{
     BoxDesc, CylinderDesc, GeneratedDesc, ObjDesc, PlaneDesc, PlyDesc, RectDesc, SphereDesc,
 };
@@ -21,6 +22,7 @@ pub(super) fn parts(
     materials: &mut MaterialTable<'_>,
     notes: &mut Notes<'_>,
 ) -> Result<Vec<Part>, SceneError> {
+    let mut files = MeshFiles::read(desc, notes);
     let mut parts = Vec::with_capacity(desc.shapes.len());
     for (i, shape) in desc.shapes.iter().enumerate() {
         let path = format!("shapes.{i}");
@@ -34,7 +36,7 @@ pub(super) fn parts(
         };
         let part = |name, material, body| Part { name, material, path: path.clone(), transform, body };
         if let ShapeDesc::Obj(desc) = shape {
-            let models = read_obj(desc, &at, material, materials, notes)?;
+            let models = read_obj(desc, &at, material, materials, &mut files, notes)?;
             let one = models.len() == 1;
             for (model, material, mesh) in models {
                 let name = if one || model.is_empty() { name.clone() } else { format!("{name}/{model}") };
@@ -42,7 +44,7 @@ pub(super) fn parts(
             }
         } else {
             let material = material.unwrap_or_else(|| materials.grey());
-            parts.push(part(name, material, body(shape, &at, notes)?));
+            parts.push(part(name, material, body(shape, &at, &mut files, notes)?));
         }
     }
     Ok(parts)
@@ -69,10 +71,11 @@ fn read_obj(
     at: &At<'_>,
     material: Option<u32>,
     materials: &mut MaterialTable<'_>,
+    files: &mut MeshFiles,
     notes: &mut Notes<'_>,
 ) -> Result<Vec<(String, u32, Arc<MeshSource>)>, SceneError> {
     let path = notes.path_of(&desc.file);
-    let object = notes.cache.obj(&path, || obj::read(&path).map_err(|e| at.key("file").fail(e)))?;
+    let object = notes.cache.obj(&path, || files.obj(&path).map_err(|e| at.key("file").fail(e)))?;
     let file = &object.file;
     notes.files.extend(file.files.iter().cloned());
     notes.warnings.extend(file.warnings.iter().map(|w| format!("{}: {w}", path.display())));
@@ -93,10 +96,15 @@ fn read_obj(
 }
 
 /// The body of any shape but an OBJ file.
-fn body(shape: &ShapeDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, SceneError> {
+fn body(
+    shape: &ShapeDesc,
+    at: &At<'_>,
+    files: &mut MeshFiles,
+    notes: &mut Notes<'_>,
+) -> Result<Body, SceneError> {
     match shape {
         ShapeDesc::Obj(_) => unreachable!("an OBJ file has parts of its own"),
-        ShapeDesc::Ply(desc) => read_ply(desc, at, notes),
+        ShapeDesc::Ply(desc) => read_ply(desc, at, files, notes),
         ShapeDesc::Sphere(desc) => spheres(desc, at),
         ShapeDesc::Box(desc) => box_(desc, at),
         ShapeDesc::Cylinder(desc) => cylinder(desc, at),
@@ -107,9 +115,14 @@ fn body(shape: &ShapeDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, S
     }
 }
 
-fn read_ply(desc: &PlyDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Body, SceneError> {
+fn read_ply(
+    desc: &PlyDesc,
+    at: &At<'_>,
+    files: &mut MeshFiles,
+    notes: &mut Notes<'_>,
+) -> Result<Body, SceneError> {
     let path = notes.path_of(&desc.file);
-    let mesh = notes.cache.ply(&path, || ply::read(&path).map_err(|e| at.key("file").fail(e)))?;
+    let mesh = notes.cache.ply(&path, || files.ply(&path).map_err(|e| at.key("file").fail(e)))?;
     notes.files.push(path);
     Ok(Body::Mesh(mesh))
 }

@@ -1,87 +1,18 @@
-//! Pictures in parts: broken off, killed, gone on with, shared among many and put together again, to the bit.
+//! Pictures that are broken off, killed and gone on with, to the bit.
 
+mod common;
+
+use common::place::{Place, Ran, SCENE};
 use gloss::accel::{self, Backend, BuildOptions};
 use gloss::farm::Checkpoint;
 use gloss::image_io::read_image;
 use gloss::render::{Outcome, Progress, RenderOptions, Silent, State, StopReason, render};
 use gloss::scene::{Format, Scene, load_str};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
-
-/// Three glossy spheres under an uneven sky: noise everywhere.
-const SCENE: &str = r#"
-settings = { spp = 64, max_depth = 3 }
-camera = { resolution = [48, 32], eye = [0, 1, 5], look_at = [0, 0, 0] }
-environment = { type = "gradient", nadir = [0.1, 0.2, 0.1], horizon = [0.5, 0.6, 0.9], zenith = [2.0, 1.5, 1.0] }
-
-[materials.shiny]
-type = "cosine-power"
-exponent = 20
-
-[[shapes]]
-type = "sphere"
-material = "shiny"
-spheres = [[0, 0, 0, 1], [-1.8, 0, 0, 0.7], [1.8, 0.3, 0, 0.8]]
-"#;
-
-struct Place(TempDir);
-
-impl Place {
-    fn new() -> Self {
-        let place = Self(tempfile::tempdir().unwrap());
-        std::fs::write(place.path("scene.toml"), SCENE).unwrap();
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.0.path()).unwrap();
-        let mut names: Vec<_> =
-            entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
-
-    fn command(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_gloss"));
-        command.current_dir(self.0.path()).args(arguments.split_whitespace()).stdin(Stdio::null());
-        command
-    }
-
-    fn gloss(&self, arguments: &str) -> Ran {
-        Ran::from(self.command(arguments).output().unwrap())
-    }
-
-    fn start(&self, arguments: &str) -> Child {
-        self.command(arguments).stderr(Stdio::piped()).spawn().unwrap()
-    }
-
-    /// Renders the whole without a break.
-    fn whole(&self, flags: &str) -> Checkpoint {
-        let ran = self.gloss(&format!("render scene.toml -o whole.png --checkpoint whole.exr -q {flags}"));
-        assert_eq!(ran.code, 0, "{}", ran.err);
-        Checkpoint::read(&self.path("whole.exr")).unwrap()
-    }
-}
-
-struct Ran {
-    code: i32,
-    err: String,
-}
-
-impl From<Output> for Ran {
-    fn from(output: Output) -> Self {
-        let code = output.status.code().expect("the program ends by itself");
-        Self { code, err: String::from_utf8(output.stderr).unwrap() }
-    }
-}
 
 fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status().unwrap();
@@ -118,73 +49,6 @@ fn wait_for(path: &Path) -> Checkpoint {
 
 fn samples(checkpoint: &Checkpoint) -> u64 {
     checkpoint.film.pixels.iter().map(|pixel| u64::from(pixel.count)).sum()
-}
-
-#[test]
-fn shards_merge_to_the_bits_of_the_whole() {
-    let place = Place::new();
-    let whole = place.whole("--adaptive=false");
-    for (count, by) in [(1, "samples"), (2, "samples"), (7, "tiles"), (7, "samples"), (64, "samples")] {
-        let mut files = String::new();
-        for index in (0..count).rev() {
-            let name = format!("{by}-{index}-{count}.exr");
-            let ran = place
-                .gloss(&format!("render scene.toml -o {name} --shard {index}/{count} --shard-by {by} -q"));
-            assert_eq!(ran.code, 0, "{}", ran.err);
-            files.push_str(&name);
-            files.push(' ');
-        }
-        let ran = place.gloss(&format!("merge -o merged.png --checkpoint merged.exr {files}"));
-        assert_eq!(ran.code, 0, "{}", ran.err);
-        let merged = Checkpoint::read(&place.path("merged.exr")).unwrap();
-        assert_eq!(merged.film.pixels, whole.film.pixels, "{count} shards by {by}");
-        assert_eq!(merged.header.tally.all_rays().rays, whole.header.tally.all_rays().rays);
-        let pictures = ["merged.png", "whole.png"].map(|name| std::fs::read(place.path(name)).unwrap());
-        assert!(pictures[0] == pictures[1], "{count} shards by {by}: the pictures differ");
-    }
-    assert!(!place.names().iter().any(|name| name.contains(".part") || name.contains(".tmp")));
-}
-
-#[test]
-fn a_merge_says_what_is_missing_and_refuses_what_does_not_fit() {
-    let place = Place::new();
-    for index in [0, 2] {
-        let ran = place.gloss(&format!("render scene.toml -o {index}.exr --shard {index}/3 -q"));
-        assert_eq!(ran.code, 0, "{}", ran.err);
-    }
-    let ran = place.gloss("merge -o merged.png 0.exr 2.exr");
-    assert_eq!(ran.code, 1);
-    assert!(ran.err.contains("shard 1/3, samples 21 to 42 is in none of the files"), "{}", ran.err);
-    assert!(!place.path("merged.png").exists());
-    assert_eq!(place.gloss("merge -o merged.png 0.exr 2.exr --partial").code, 0);
-
-    place.gloss("render scene.toml -o other.exr --shard 1/3 -q --max-depth 1");
-    let ran = place.gloss("merge -o merged.png 0.exr other.exr 2.exr");
-    assert_eq!(ran.code, 2);
-    assert!(ran.err.contains("max_depth: 3 in the file, 1 now"), "{}", ran.err);
-}
-
-#[test]
-fn a_finished_shard_is_left_alone_and_two_attempts_do_no_harm() {
-    let place = Place::new();
-    let shard = "render scene.toml -o 1.exr --shard 1/2";
-    let attempts = [0; 3].map(|_| place.start(shard));
-    for attempt in attempts {
-        let ran = Ran::from(attempt.wait_with_output().unwrap());
-        assert_eq!(ran.code, 0, "{}", ran.err);
-    }
-    let first = std::fs::read(place.path("1.exr")).unwrap();
-    let ran = place.gloss(shard);
-    assert!(ran.code == 0 && ran.err.contains("this shard is finished"), "{}", ran.err);
-    assert!(std::fs::read(place.path("1.exr")).unwrap() == first, "a finished file was written again");
-
-    let ran = place.gloss("render scene.toml -o 1.exr --shard 0/2");
-    assert!(ran.code == 2 && ran.err.contains("part: shard 1/2"), "{}", ran.err);
-    let task = [("SLURM_ARRAY_TASK_ID", "0"), ("SLURM_ARRAY_TASK_MIN", "0"), ("SLURM_ARRAY_TASK_MAX", "1")];
-    let ran = place.command("render scene.toml -o 0.exr --shard auto -q").envs(task).status().unwrap();
-    assert!(ran.success());
-    let ran = place.gloss("merge -o merged.png 0.exr 1.exr");
-    assert_eq!(ran.code, 0, "{}", ran.err);
 }
 
 #[cfg(target_os = "linux")]
@@ -235,6 +99,26 @@ fn a_finished_render_takes_more_samples() {
     assert_eq!(grown.header.tally.samples, 23 * 48 * 32);
     let ran = render(6);
     assert!(ran.code == 2 && ran.err.contains("samples per pixel: 23 in the file, 6 now"), "{}", ran.err);
+}
+
+#[test]
+fn layers_for_denoisers_are_kept_and_grow() {
+    let place = Place::new();
+    let render = |flags: &str| {
+        place.gloss(&format!("render scene.toml -o a.exr --checkpoint a.state.exr --resume -q {flags}"))
+    };
+    let aovs = "--aov albedo,normal,depth,variance";
+    let first = render(&format!("{aovs} --spp 5"));
+    assert_eq!(first.code, 0, "{}", first.err);
+    let ran = render("--aov albedo --spp 40");
+    assert!(ran.code == 2 && ran.err.contains("aovs: "), "{}", ran.err);
+    assert_eq!(render(&format!("{aovs} --spp 40")).code, 0);
+    let grown = Checkpoint::read(&place.path("a.state.exr")).unwrap();
+    assert!(grown.film.guides.iter().any(|guide| guide.met > 40), "samples are shared out");
+    let whole = place
+        .gloss(&format!("render scene.toml -o whole.exr --checkpoint whole.state.exr -q {aovs} --spp 40"));
+    assert_eq!(whole.code, 0, "{}", whole.err);
+    assert_eq!(grown.film, Checkpoint::read(&place.path("whole.state.exr")).unwrap().film);
 }
 
 #[test]
@@ -362,8 +246,6 @@ fn a_render_stops_by_time_or_noise_and_says_so() {
     assert!(kept.header.is_finished() && kept.film.pixels.iter().all(|pixel| pixel.count < 5000));
     let ran = place.gloss(&format!("{noise} --noise 0.2 --resume"));
     assert!(ran.code == 2 && ran.err.contains("noise threshold: 0.1 in the file, 0.2 now"), "{}", ran.err);
-    assert_eq!(place.gloss("render scene.toml -o c.exr --shard 0/2 --noise 0.1").code, 2);
-    assert_eq!(place.gloss("render scene.toml -o c.exr --shard 0/2 --glossy-samples auto").code, 2);
 }
 
 /// A scene with the settings of a text.
@@ -427,7 +309,7 @@ fn splitting_by_a_pilot_goes_on_to_the_same_bits() {
     let whole = unbroken(&scene, &options);
     let constant = unbroken(&self::scene("spp = 12, max_depth = 3"), &options);
     assert!(whole.film.pixels != constant.film.pixels, "the pilot chose to split somewhere");
-    for tiles in [1, 4, 7] {
+    for tiles in [1, 4, 5] {
         let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
         assert!(pieces > 2);
         assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");
@@ -455,7 +337,9 @@ fn a_threshold_goes_on_to_the_same_bits() {
 #[test]
 fn samples_that_are_shared_out_go_on_to_the_same_bits() {
     for glossy_samples in ["1", "\"auto\""] {
-        let settings = format!("spp = 32, max_depth = 3, adaptive = true, glossy_samples = {glossy_samples}");
+        let settings = format!(
+            "spp = 32, max_depth = 3, adaptive = true, aovs = [\"depth\"], glossy_samples = {glossy_samples}"
+        );
         let scene = scene(&settings);
         let options = RenderOptions { threads: 2, ..Default::default() };
         let whole = unbroken(&scene, &options);
@@ -464,7 +348,7 @@ fn samples_that_are_shared_out_go_on_to_the_same_bits() {
         for tiles in [1, 5] {
             let (outcome, pieces) = render_in_pieces(&scene, &options, tiles);
             assert!(pieces > 2);
-            assert_eq!(outcome.film.pixels, whole.film.pixels, "a break after each {tiles} tiles");
+            assert_eq!(outcome.film, whole.film, "a break after each {tiles} tiles");
         }
     }
 }
