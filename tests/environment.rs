@@ -115,7 +115,8 @@ fn a_sample_has_the_radiance_and_the_density_of_its_direction() {
             let Some(sample) = lights.sample(to, choice, u) else { continue };
             assert!((sample.wi.length() - 1.0).abs() < 1e-6 && sample.t_max == f32::INFINITY, "{name}");
             let pdf = lights.pdf_environment(to, sample.wi);
-            assert!((pdf / sample.pdf - 1.0).abs() < 1e-5, "{name}: {pdf} {}", sample.pdf);
+            // The place in an image is found again from a direction that was rounded.
+            assert!((pdf / sample.pdf - 1.0).abs() < 1e-4, "{name}: {pdf} {}", sample.pdf);
             let le = lights.environment.as_ref().unwrap().le(sample.wi);
             let product = sample.le_over_pdf.r * sample.pdf;
             assert!((product - le.r).abs() <= 1e-4 * le.r, "{name}: {product} {le:?}");

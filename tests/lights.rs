@@ -63,6 +63,27 @@ fn disk(radius: f32, corners: u32) -> Arc<TriangleMesh> {
     mesh(&positions, &indices)
 }
 
+/// A tube that is bent to a ring about the axis y; its front is the outside.
+fn ring(radius: f32, tube: f32, around: u32) -> Arc<TriangleMesh> {
+    const ACROSS: u32 = 5;
+    let turn = |i: u32, of: u32| (i as f32 / of as f32 * std::f32::consts::TAU).sin_cos();
+    let corner = |i: u32| {
+        let ((sin, cos), (up, out)) = (turn(i / ACROSS, around), turn(i % ACROSS, ACROSS));
+        let r = radius + tube * out;
+        Vec3::new(r * sin, tube * up, r * cos)
+    };
+    let positions: Vec<_> = (0..around * ACROSS).map(corner).collect();
+    let at = |i: u32, j: u32| i % around * ACROSS + j % ACROSS;
+    let sides = (0..around * ACROSS).map(|k| (k / ACROSS, k % ACROSS));
+    let indices: Vec<_> = sides
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    mesh(&positions, &indices)
+}
+
 /// A light of radiance 1 about the origin, with the geometry that rays hit.
 struct Stage {
     name: &'static str,
@@ -264,6 +285,48 @@ fn a_coaxial_disk_gives_its_form_factor() {
         let exact = PI * radius.powi(2) / (radius.powi(2) + f64::from(height).powi(2));
         // 256 corners leave 1e-4 of the disk's area out.
         irradiance(&stage.lights, &to, 7, 40_000).assert_is(exact, 2e-5 * exact, &format!("from {height}"));
+    }
+}
+
+#[test]
+fn a_mesh_is_asked_for_light_where_it_is_near_and_shines() {
+    let mesh = ring(1.0, 0.02, 200);
+    let stage = Stage::mesh("ring", Arc::clone(&mesh), false);
+    let triangles: Vec<[Vec3; 3]> = (0..mesh.triangle_count() as u32).map(|i| mesh.triangle(i)).collect();
+    // All triangles are about the same size: to choose one evenly is to choose by area.
+    let evenly = |to: &Receiver, i: u32| {
+        let (choice, u) = numbers(12, i);
+        let [a, b, c] = triangles[(choice * triangles.len() as f32) as usize];
+        let [u, v] = warp::uniform_triangle(u);
+        let way = a + u * (b - a) + v * (c - a) - to.p;
+        let facing = (-(b - a).cross(c - a).dot(way)).max(0.0) * to.n.dot(way).max(0.0);
+        0.5 * f64::from(facing / way.length_squared().powi(2)) * triangles.len() as f64
+    };
+    for (p, n) in [
+        (Vec3::new(0.9, 0.1, 0.0), Vec3::new(0.7, -0.7, 0.1).normalize()),
+        (Vec3::new(0.0, -0.5, 0.5), Vec3::Y),
+        (Vec3::new(0.0, 0.0, -1.3), Vec3::Z),
+    ] {
+        let to = Receiver { p, n, lobes_look: false };
+        let by_place = irradiance(&stage.lights, &to, 11, 20_000);
+        let mut by_area = Mean::default();
+        (0..20_000).for_each(|i| by_area.add(evenly(&to, i)));
+        by_place.assert_is(by_area.mean(), by_area.standard_error(), &format!("ring from {p}"));
+        let mut met = 0;
+        for sample in (0..2000).filter_map(|i| stage.sample(&to, 13, i)) {
+            // The ring is before itself: of a sample on its far side, the ray finds the near one.
+            let Some(hit) = stage.hit(p, sample.wi) else { continue };
+            if (hit.t / sample.t_max - 1.0).abs() > 1e-3 {
+                continue;
+            }
+            let grazing = hit.ng.dot(hit.wi).abs() < 0.02;
+            let error = (stage.lights.pdf(&to, &hit) / sample.pdf).ln().abs();
+            assert!(grazing || error < 1e-3, "from {p}: {error}");
+            met += 1;
+        }
+        assert!(met > 1000, "from {p}: {met}");
+        let [by_place, by_area] = [by_place, by_area].map(|mean| mean.standard_error().powi(2));
+        assert!(4.0 * by_place < by_area, "from {p}: variance {by_place}, by area {by_area}");
     }
 }
 

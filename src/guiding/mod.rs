@@ -24,6 +24,7 @@ use crate::scene::{Plan, Scene};
 use photons::Shooter;
 use rayon::prelude::*;
 use reflectors::Reflectors;
+use std::f32::consts::PI;
 
 /// Photons that are shot, at most, and at least.
 const PHOTONS: std::ops::RangeInclusive<u32> = 1 << 12..=1 << 17;
@@ -49,7 +50,11 @@ impl CausticMap {
         let [width, height] = scene.camera.resolution;
         let count =
             (width.saturating_mul(height) / PIXELS_PER_PHOTON).clamp(*PHOTONS.start(), *PHOTONS.end());
-        let shooter = Shooter { scene, accel, reflectors: &reflectors, count };
+        // Once: the mean of an image takes longer than a thousand photons.
+        let environment = scene.lights.environment.as_ref();
+        let environment_mean =
+            environment.map_or(0.0, |environment| environment.irradiance().luminance() / PI);
+        let shooter = Shooter { scene, accel, reflectors: &reflectors, count, environment_mean };
         let starts: Vec<u32> = (0..count).step_by(TOGETHER as usize).collect();
         let photons: Vec<Vec<Photon>> =
             starts.into_par_iter().map(|start| shooter.shoot(start..count.min(start + TOGETHER))).collect();

@@ -60,6 +60,8 @@ pub struct Shooter<'a> {
     pub reflectors: &'a Reflectors,
     /// Photons in all.
     pub count: u32,
+    /// Luminance of the mean radiance of the environment: what is brighter is found by light samples.
+    pub environment_mean: f32,
 }
 
 impl Shooter<'_> {
@@ -186,10 +188,8 @@ impl Shooter<'_> {
                         _ => 0.0,
                     }
                 }
-                // What is brighter than the mean is found by light samples.
                 None => scene.lights.environment.as_ref().map_or(0.0, |environment| {
-                    let mean = environment.irradiance().luminance() / PI;
-                    environment.le(ray.dir).luminance().min(mean)
+                    environment.le(ray.dir).luminance().min(self.environment_mean)
                 }),
             });
         }

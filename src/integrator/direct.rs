@@ -129,12 +129,15 @@ impl Integrator<'_> {
         })
     }
 
-    /// How much the environment counts that a path's ray has found.
-    pub(super) fn environment_weight(&self, path: &Path, ray: &Ray) -> f32 {
-        self.found_weight(path, || {
-            let receiver = path.receiver(ray.origin);
-            self.scene.lights.pdf_environment(&receiver, ray.dir)
-        })
+    /// What a path's ray has found of the environment, by how much it counts.
+    #[inline]
+    pub(super) fn environment_seen(&self, path: &Path, ray: &Ray) -> Rgb {
+        let lights = &self.scene.lights;
+        if path.rate == f32::INFINITY {
+            return lights.environment.as_ref().map_or(Rgb::BLACK, |environment| environment.le(ray.dir));
+        }
+        let (le, pdf) = lights.environment_and_pdf(&path.receiver(ray.origin), ray.dir);
+        le * self.found_weight(path, || pdf)
     }
 
     fn found_weight(&self, path: &Path, pdf_of_light: impl FnOnce() -> f32) -> f32 {

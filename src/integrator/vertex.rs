@@ -57,13 +57,7 @@ impl Integrator<'_> {
     /// What a ray sees that hits nothing.
     #[inline(always)]
     pub(super) fn miss(&self, path: &Path, ray: &Ray) -> Rgb {
-        match &self.scene.lights.environment {
-            Some(environment) => {
-                let seen = path.beta * environment.le(ray.dir) * self.environment_weight(path, ray);
-                self.bounded(seen, path.depth)
-            }
-            None => Rgb::BLACK,
-        }
+        self.bounded(path.beta * self.environment_seen(path, ray), path.depth)
     }
 
     /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.

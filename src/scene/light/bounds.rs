@@ -1,6 +1,7 @@
 //! Where a light is and where it shines.
 
 use super::{Light, Receiver};
+use crate::core::lanes::{Floats, LANES};
 use crate::geometry::Aabb;
 use glam::Vec3;
 
@@ -23,15 +24,15 @@ pub(super) struct LightBounds {
 }
 
 /// Cosine of `max(0, a - b)`, from sines and cosines of two angles in `[0, pi]`.
-#[inline]
+#[inline(always)]
 fn cos_difference(sin_a: f32, cos_a: f32, sin_b: f32, cos_b: f32) -> f32 {
     if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sin_a * sin_b }
 }
 
 /// Sine of the angle in `[0, pi]` with this cosine.
-#[inline]
+#[inline(always)]
 fn sin_of(cos: f32) -> f32 {
-    (1.0 - cos * cos).max(0.0).sqrt()
+    most(1.0 - cos * cos, 0.0).sqrt()
 }
 
 /// Least cosine that a receiver is taken to see a light under: a glossy lobe needs no cosine, and a shading normal's
@@ -157,35 +158,100 @@ impl From<LightBounds> for Emission {
 
 impl Emission {
     /// About how much irradiance the lights may give to the receiver; 0 only if they give none.
-    #[inline]
+    ///
+    /// Without a branch, so that eight are found side by side.
+    #[inline(always)]
     pub(super) fn importance(&self, to: &Receiver) -> f32 {
         let way = self.center - to.p;
         let radius_squared = self.radius_squared;
         let squared = way.length_squared();
-        if squared <= radius_squared {
-            return (self.intensity / radius_squared.max(f32::MIN_POSITIVE)).min(1e30);
-        }
         let inverse = squared.sqrt().recip();
 
         // The angle in which the box is seen makes every direction uncertain.
-        let sin_box_squared = radius_squared / squared;
-        let (sin_box, cos_box) = (sin_box_squared.sqrt(), (1.0 - sin_box_squared).max(0.0).sqrt());
+        let sin_box_squared = least(radius_squared / squared, 1.0);
+        let (sin_box, cos_box) = (sin_box_squared.sqrt(), (1.0 - sin_box_squared).sqrt());
 
-        let cos_axis = (-self.axis.dot(way) * inverse).clamp(-1.0, 1.0);
+        let cos_axis = within_one(-self.axis.dot(way) * inverse);
         let cos_axis = if self.both_sides { cos_axis.abs() } else { cos_axis };
-        let sin_axis = sin_of(cos_axis);
-        let cos_out = cos_difference(sin_axis, cos_axis, self.sin_spread, self.cos_spread);
+        let cos_out = cos_difference(sin_of(cos_axis), cos_axis, self.sin_spread, self.cos_spread);
         let greatest_out = cos_difference(sin_of(cos_out), cos_out, sin_box, cos_box);
-        if greatest_out <= 0.0 {
-            return 0.0;
-        }
-        let cos_in = (to.n.dot(way) * inverse).clamp(-1.0, 1.0);
+        let cos_in = within_one(to.n.dot(way) * inverse);
         let greatest_in = cos_difference(sin_of(cos_in), cos_in, sin_box, cos_box);
 
         // Halfway from what the middle of the box gives to what any part of it may give: the bounds alone, which keep
         // every light reachable, hardly tell the children of a near node apart.
-        let out = 0.5 * (greatest_out + cos_out.max(0.0));
-        let into = (0.5 * (greatest_in + cos_in.max(0.0))).max(LEAST_COSINE);
-        (self.intensity * out * into / squared).min(1e30)
+        let out = 0.5 * (greatest_out + most(cos_out, 0.0));
+        let into = most(0.5 * (greatest_in + most(cos_in, 0.0)), LEAST_COSINE);
+        let outside = if greatest_out > 0.0 { self.intensity * out * into / squared } else { 0.0 };
+        let inside = self.intensity / most(radius_squared, f32::MIN_POSITIVE);
+        least(if squared <= radius_squared { inside } else { outside }, 1e30)
+    }
+}
+
+/// The lesser of two numbers, in one instruction: the second if one is NaN.
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers, likewise.
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// A cosine that rounding may have moved beyond 1.
+#[inline(always)]
+fn within_one(cos: f32) -> f32 {
+    least(most(cos, -1.0), 1.0)
+}
+
+/// Eight of them side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct EightEmissions {
+    center: [Floats; 3],
+    radius_squared: Floats,
+    axis: [Floats; 3],
+    cos_spread: Floats,
+    sin_spread: Floats,
+    intensity: Floats,
+    both_sides: [bool; LANES],
+}
+
+impl EightEmissions {
+    /// Of up to eight; lanes beyond the last give nothing.
+    pub(super) fn new(emissions: impl Iterator<Item = Emission>) -> Self {
+        let mut eight = Self::default();
+        for (lane, emission) in emissions.enumerate() {
+            for c in 0..3 {
+                eight.center[c][lane] = emission.center[c];
+                eight.axis[c][lane] = emission.axis[c];
+            }
+            eight.radius_squared[lane] = emission.radius_squared;
+            eight.cos_spread[lane] = emission.cos_spread;
+            eight.sin_spread[lane] = emission.sin_spread;
+            eight.intensity[lane] = emission.intensity;
+            eight.both_sides[lane] = emission.both_sides;
+        }
+        eight
+    }
+
+    /// The [importance](Emission::importance) of each.
+    #[inline(always)]
+    pub(super) fn importances(&self, to: &Receiver) -> Floats {
+        let mut importances = Floats::default();
+        for lane in 0..LANES {
+            let emission = Emission {
+                center: Vec3::new(self.center[0][lane], self.center[1][lane], self.center[2][lane]),
+                radius_squared: self.radius_squared[lane],
+                axis: Vec3::new(self.axis[0][lane], self.axis[1][lane], self.axis[2][lane]),
+                cos_spread: self.cos_spread[lane],
+                sin_spread: self.sin_spread[lane],
+                intensity: self.intensity[lane],
+                both_sides: self.both_sides[lane],
+            };
+            importances[lane] = emission.importance(to);
+        }
+        importances
     }
 }

@@ -1,12 +1,12 @@
 //! All lights of a scene, and which of them to ask.
 
-use super::alias::below_one;
 use super::bounds::LightBounds;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
+use super::unit::below_one;
 use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver};
 use crate::core::lanes::{LANES, Vectors};
-use crate::core::sampler;
+use crate::core::{Rgb, sampler};
 use glam::Vec3;
 
 /// All lights of a scene and how one is chosen.
@@ -65,9 +65,9 @@ impl Lights {
     /// well over each light. With numbers of its own for the choice, each light would get a random part of them; where
     /// a lamp and a sky share 64 Sobol points, the variance of a highlight is then two to three times as high. `fine` stands for the
     /// bits that `u` has not.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, to: &Receiver, fine: f32, u: [f32; 2]) -> Option<LightSample> {
-        let (pick, probability, u) = match (self.tree.only(), self.far(to).is_empty()) {
+        let (pick, probability, u) = match (self.simple(), self.far(to).is_empty()) {
             (None, true) if self.tree.is_empty() => return None,
             (Some(light), true) => (Pick::Light(light), 1.0, [f64::from(u[0]), f64::from(u[1])]),
             _ => {
@@ -86,10 +86,16 @@ impl Lights {
         arrives(LightSample { le_over_pdf, pdf, ..sample })
     }
 
+    /// The one near light, if it is one and 24 bits are enough to choose a direction to it.
+    #[inline(always)]
+    fn simple(&self) -> Option<u32> {
+        self.tree.only().filter(|&light| !matches!(self.lights[light as usize], Light::Mesh(_)))
+    }
+
     /// What [`sample`](Self::sample) needs for receivers whose lobes look for light or do not.
     pub fn needs(&self, lobes_look: bool) -> Needs {
         let far = if lobes_look { &self.beside_lobes } else { &self.far };
-        let fine = !far.is_empty() || self.tree.only().is_none() && !self.tree.is_empty();
+        let fine = !far.is_empty() || self.simple().is_none() && !self.tree.is_empty();
         Needs { direction: fine || !self.tree.is_empty(), fine }
     }
 
@@ -124,7 +130,7 @@ impl Lights {
     }
 
     /// The density with which [`sample`](Self::sample) goes to this point of a light.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         let probability = self.near_share(to) * self.tree.probability(to, hit.light);
         if probability == 0.0 {
@@ -133,20 +139,28 @@ impl Lights {
         probability as f32 * self.lights[hit.light as usize].pdf(to, hit)
     }
 
-    /// The density with which [`sample`](Self::sample) goes along `wi` to the environment.
+    /// Radiance from the environment along `wi`, and the density with which [`sample`](Self::sample) goes there.
     #[inline]
-    pub fn pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
+    pub fn environment_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
         match &self.environment {
             Some(environment) if self.far(to).has_environment() => {
                 let probability = (1.0 - self.near_share(to)) * self.far(to).probability(to, 0);
-                probability as f32 * environment.pdf(to, wi)
+                let (le, pdf) = environment.le_and_pdf(to, wi);
+                (le, probability as f32 * pdf)
             }
-            _ => 0.0,
+            Some(environment) => (environment.le(wi), 0.0),
+            None => (Rgb::BLACK, 0.0),
         }
     }
 
-    /// Which light, with what probability, and what is left of `choice`.
+    /// The second of [`environment_and_pdf`](Self::environment_and_pdf).
     #[inline]
+    pub fn pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
+        self.environment_and_pdf(to, wi).1
+    }
+
+    /// Which light, with what probability, and what is left of `choice`.
+    #[inline(always)]
     fn choose(&self, to: &Receiver, choice: f64) -> Option<(Pick, f64, f64)> {
         let near_share = self.near_share(to);
         if choice < near_share {
@@ -202,7 +216,7 @@ fn widen(fine: f32, u: [f32; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::{Rgb, Sampler, SamplerKind, warp};
+    use crate::core::{Sampler, SamplerKind, warp};
 
     /// Independent numbers `(choice, u)` in a fixed order.
     fn numbers(seed: u32, i: u32) -> (f32, [f32; 2]) {

@@ -1,7 +1,7 @@
 //! Choosing among lights that do not weaken with distance.
 
-use super::alias::below_one;
 use super::bounds::LEAST_COSINE;
+use super::unit::below_one;
 use super::{Environment, Light, Receiver};
 use glam::Vec3;
 

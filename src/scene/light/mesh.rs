@@ -1,41 +1,33 @@
 //! Emissive meshes: disks, polygons and whatever else is made of triangles.
 
-use super::alias::{AliasTable, narrow};
+use super::patches::{Patches, cross, normal_cone};
+use super::unit::narrow;
 use super::{EmitterHit, LightSample, Receiver, density, shadow_end};
 use crate::core::{Rgb, warp};
 use crate::geometry::TriangleMesh;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// A mesh that emits the same radiance everywhere; points are uniform over its area.
+/// A mesh that emits the same radiance everywhere.
+///
+/// Points are uniform over the area of each of its patches, which are chosen by what they may give to the receiver.
 #[derive(Clone, Debug)]
 pub struct MeshLight {
     mesh: Arc<TriangleMesh>,
-    /// Triangles by area; `None` if there is no area.
-    by_area: Option<AliasTable>,
-    area: f64,
+    patches: Patches,
     radiance: Rgb,
     both_sides: bool,
-}
-
-/// Normal of a triangle, as long as twice its area.
-fn cross(mesh: &TriangleMesh, prim_id: u32) -> DVec3 {
-    let [a, b, c] = mesh.triangle(prim_id).map(|p| p.as_dvec3());
-    (b - a).cross(c - a)
 }
 
 impl MeshLight {
     /// See [`Light::mesh`](super::Light::mesh).
     pub(super) fn new(mesh: Arc<TriangleMesh>, radiance: Rgb, both_sides: bool) -> Self {
-        let areas: Vec<f64> =
-            (0..mesh.triangle_count()).map(|i| 0.5 * cross(&mesh, i as u32).length()).collect();
-        let area = areas.iter().sum();
-        Self { by_area: AliasTable::new(&areas), mesh, area, radiance, both_sides }
+        Self { patches: Patches::new(&mesh, radiance.luminance(), both_sides), mesh, radiance, both_sides }
     }
 
     /// In unit lengths squared.
     pub(super) fn area(&self) -> f64 {
-        self.area
+        self.patches.total_area()
     }
 
     /// What it emits.
@@ -55,21 +47,13 @@ impl MeshLight {
 
     /// The axis and the cosine of the half angle of a cone about all normals; (any, -1) if they are all over.
     pub(super) fn normal_cone(&self) -> (DVec3, f64) {
-        let crosses = || (0..self.mesh.triangle_count()).map(|i| cross(&self.mesh, i as u32));
-        let axis = crosses().sum::<DVec3>();
-        if axis.length() < 1e-6 * self.area {
-            return (DVec3::Z, -1.0);
-        }
-        let axis = axis.normalize();
-        let cos = crosses().filter_map(DVec3::try_normalize).map(|n| n.dot(axis)).fold(1.0, f64::min);
-        (axis, cos)
+        normal_cone(&self.mesh, 0..self.mesh.triangle_count() as u32)
     }
 
-    /// A direction towards the mesh; the first of `u` chooses the triangle.
+    /// A direction towards the mesh; the first of `u` chooses the patch and the triangle.
     #[inline]
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        let (triangle, rest) = self.by_area.as_ref()?.sample(u[0]);
-        let prim_id = triangle as u32;
+        let (prim_id, by_area, rest) = self.patches.sample(to, u[0])?;
         let [a, b, c] = self.mesh.triangle(prim_id).map(|p| p.as_dvec3());
         let [bu, bv] = warp::uniform_triangle(narrow([rest, u[1]])).map(f64::from);
         let way = a + bu * (b - a) + bv * (c - a) - to.p.as_dvec3();
@@ -80,7 +64,7 @@ impl MeshLight {
         }
         let squared = way.length_squared();
         let distance = squared.sqrt();
-        let solid_angle = self.area * facing.abs() / (squared * distance);
+        let solid_angle = facing.abs() / (squared * distance * by_area);
         Some(LightSample {
             wi: (way / distance).as_vec3(),
             t_max: shadow_end(to.p, distance as f32),
@@ -92,13 +76,17 @@ impl MeshLight {
 
     /// The density of [`sample`](Self::sample) at a point that a ray has found.
     #[inline]
-    pub(super) fn pdf(&self, hit: &EmitterHit) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         let normal = cross(&self.mesh, hit.prim_id).normalize_or_zero();
         let cos = -normal.dot(hit.wi.as_dvec3());
         if !(cos > 0.0 || (self.both_sides && cos < 0.0)) {
             return 0.0;
         }
+        let by_area = self.patches.density(to, hit.prim_id);
+        if by_area == 0.0 {
+            return 0.0;
+        }
         let t = f64::from(hit.t);
-        density(cos.abs() * self.area / (t * t))
+        density(cos.abs() / (t * t * by_area))
     }
 }

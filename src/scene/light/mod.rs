@@ -4,17 +4,18 @@
 //! surfaces. [`Lights`] chooses one light for each receiver by what it may contribute. Nothing here sees a ray or an
 //! accelerator: a [`LightSample`] says how far a shadow ray must go. Read [`LightSample`], then [`Lights`].
 
-mod alias;
 mod bounds;
 mod choose;
 pub mod environment;
 mod far;
 mod mesh;
+mod patches;
 mod point;
 mod rectangle;
 mod sphere;
 mod spherical_rectangle;
 mod tree;
+mod unit;
 
 pub use choose::{Lights, Needs};
 pub use environment::Environment;
@@ -135,7 +136,7 @@ impl Light {
             Self::Point(_) | Self::Directional(_) => 0.0,
             Self::Rectangle(light) => light.pdf(to, hit),
             Self::Sphere(light) => light.pdf(to),
-            Self::Mesh(light) => light.pdf(hit),
+            Self::Mesh(light) => light.pdf(to, hit),
         }
     }
 }

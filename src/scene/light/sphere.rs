@@ -1,6 +1,6 @@
 //! Spherical emitters.
 
-use super::alias::narrow;
+use super::unit::narrow;
 use super::{LightSample, Receiver, density, shadow_end};
 use crate::core::{Frame, Rgb, warp};
 use crate::geometry::Sphere;

@@ -4,7 +4,7 @@ use super::super::Receiver;
 use super::cumulative::Cumulative;
 use crate::core::Rgb;
 use glam::Vec3;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// Why pixels make no environment.
 #[derive(Debug, thiserror::Error, PartialEq)]
@@ -83,7 +83,7 @@ struct Place {
 }
 
 /// Polar angles nearer to a pole than this, in radians, count as this far: there the density is 0 / 0.
-const POLE: f64 = 1e-6;
+const POLE: f32 = 1e-6;
 
 /// Sum of the four, weighted bilinearly.
 #[inline]
@@ -199,23 +199,21 @@ impl EnvironmentImage {
         ]
     }
 
-    /// Where a direction looks up the image, and its polar angle.
+    /// Where a direction looks up the image, and the sine of its polar angle.
     #[inline]
-    fn place(&self, wi: Vec3) -> (Place, f64) {
+    fn place(&self, wi: Vec3) -> (Place, f32) {
         let [sin, cos] = self.turn;
         let (x, z) = (cos * wi.x - sin * wi.z, sin * wi.x + cos * wi.z);
-        let (x64, z64) = (f64::from(x), f64::from(z));
-        let theta = (x64 * x64 + z64 * z64).sqrt().atan2(f64::from(wi.y));
-        let theta = theta.clamp(POLE, std::f64::consts::PI - POLE);
+        let sin_theta = (x * x + z * z).sqrt().max(POLE);
         // Cell columns start at the middle of the first pixel.
         let s = (x.atan2(-z) * (1.0 / TAU)).rem_euclid(1.0) * self.width as f32 - 0.5;
         let s = if s < 0.0 { s + self.width as f32 } else { s };
         let column = (s as usize).min(self.width - 1);
-        let v = (theta * std::f64::consts::FRAC_1_PI) as f32;
+        let v = sin_theta.atan2(wi.y) * FRAC_1_PI;
         let row = ((v * self.height as f32 + 0.5) as usize).min(self.height);
         let [above, below] = [row, row + 1].map(|k| grid_row(k, self.height));
         let t = (v - above) / (below - above);
-        (Place { row, column, at: [s - column as f32, t].map(|x| x.clamp(0.0, 1.0)) }, theta)
+        (Place { row, column, at: [s - column as f32, t].map(|x| x.clamp(0.0, 1.0)) }, sin_theta)
     }
 
     /// Radiance from the unit direction `wi`.
@@ -228,34 +226,35 @@ impl EnvironmentImage {
     /// The density of [`sample`](Self::sample) over solid angle.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
-        let (place, theta) = self.place(wi);
-        self.density(self.table(to), self.corners(place.row, place.column), place, theta)
+        let (place, sin_theta) = self.place(wi);
+        self.density(self.table(to), self.corners(place.row, place.column), place, sin_theta)
     }
 
     /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
     #[inline]
     pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
-        let (place, theta) = self.place(wi);
+        let (place, sin_theta) = self.place(wi);
         let corners = self.corners(place.row, place.column);
-        (bilinear(corners, place.at), self.density(self.table(to), corners, place, theta))
+        (bilinear(corners, place.at), self.density(self.table(to), corners, place, sin_theta))
     }
 
     #[inline]
-    fn density(&self, table: &Table, corners: [[Rgb; 2]; 2], place: Place, theta: f64) -> f32 {
+    fn density(&self, table: &Table, corners: [[Rgb; 2]; 2], place: Place, sin_theta: f32) -> f32 {
         let value = f64::from(bilinear(self.by_sine(place.row, corners, table.level), place.at));
         // du dv = dw / (2 pi^2 sin theta).
-        (value / (table.norm * 2.0 * std::f64::consts::PI.powi(2) * theta.sin())) as f32
+        (value / (table.norm * 2.0 * std::f64::consts::PI.powi(2) * f64::from(sin_theta))) as f32
     }
 
-    /// A direction by luminance.
+    /// A direction by luminance, the radiance from there, and the density of the direction over solid angle.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, [x, y]: [f64; 2]) -> Vec3 {
+    pub(super) fn sample(&self, to: &Receiver, [x, y]: [f64; 2]) -> (Vec3, Rgb, f32) {
         let table = self.table(to);
         let (row, y) = table.rows.invert(0, y);
         let (column, x) = table.columns.invert(row, x);
 
         // Within the cell: the height by the sums of both sides, then along the line.
-        let [[a, b], [c, d]] = self.density_corners(row, column, table.level);
+        let corners = self.corners(row, column);
+        let [[a, b], [c, d]] = self.by_sine(row, corners, table.level);
         let t = invert_linear(y, a + b, c + d);
         let s = invert_linear(x, a + (c - a) * t, b + (d - b) * t);
 
@@ -264,7 +263,9 @@ impl EnvironmentImage {
         let (sin_phi, cos_phi) = (TAU * ((column as f32 + 0.5 + s) / self.width as f32)).sin_cos();
         let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
         let [sin, cos] = self.turn;
-        Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize()
+        let wi = Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize();
+        let place = Place { row, column, at: [s, t] };
+        (wi, bilinear(corners, place.at), self.density(table, corners, place, sin_theta.max(POLE)))
     }
 
     /// Mean radiance of all directions.

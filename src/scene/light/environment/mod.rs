@@ -10,7 +10,7 @@ pub use gradient::Gradient;
 pub use image::{EnvironmentImage, EnvironmentImageError};
 pub use studio::{Softbox, Studio};
 
-use super::alias::narrow;
+use super::unit::narrow;
 use super::{LightSample, Receiver};
 use crate::core::Rgb;
 use glam::Vec3;
@@ -100,14 +100,11 @@ impl Environment {
     /// A direction with its radiance; `None` where there is none. `u` is in `[0, 1)`.
     #[inline]
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        let wi = match self {
-            Self::Constant(_) | Self::Gradient(_) => broad::sample(to.n, narrow(u)),
-            Self::Studio(studio) => studio.sample(to, u),
+        let along = |wi| (wi, self.le(wi), self.pdf(to, wi));
+        let (wi, le, pdf) = match self {
+            Self::Constant(_) | Self::Gradient(_) => along(broad::sample(to.n, narrow(u))),
+            Self::Studio(studio) => along(studio.sample(to, u)),
             Self::Image(image) => image.sample(to, u),
-        };
-        let (le, pdf) = match self {
-            Self::Image(image) => image.le_and_pdf(to, wi),
-            _ => (self.le(wi), self.pdf(to, wi)),
         };
         (pdf > 0.0).then(|| LightSample {
             wi,
@@ -116,6 +113,15 @@ impl Environment {
             pdf,
             shadow: true,
         })
+    }
+
+    /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
+    #[inline]
+    pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
+        match self {
+            Self::Image(image) => image.le_and_pdf(to, wi),
+            _ => (self.le(wi), self.pdf(to, wi)),
+        }
     }
 
     /// The density of [`sample`](Self::sample) at `wi` over solid angle.

@@ -1,8 +1,8 @@
 //! A photographer's studio: softboxes before a gradient.
 
 use super::super::Receiver;
-use super::super::alias::{below_one, narrow};
 use super::super::spherical_rectangle::SphericalRectangle;
+use super::super::unit::{below_one, narrow};
 use super::broad;
 use super::gradient::Gradient;
 use crate::core::Rgb;
