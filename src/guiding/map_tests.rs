@@ -23,12 +23,16 @@ fn find(map: &CausticMap, p: Vec3, n: Vec3) -> Option<u32> {
 
 #[test]
 fn the_share_of_guided_rays_goes_by_irradiance() {
-    // An irradiance of 3 by caustics, of pi / 2 by all else.
-    let map = CausticMap::new(floor(4096, 3.0 / 4096.0, 0.5));
-    let share = SPREAD * 3.0 / (SPREAD * 3.0 + 0.5 * PI);
-    let mean = map.cells.iter().map(|cell| cell.share).sum::<f32>() / map.cells.len() as f32;
-    assert!(map.cells.len() >= 64, "{} cells", map.cells.len());
-    assert!((mean - share).abs() < 0.05, "{mean} instead of {share}");
+    // An irradiance of 1.5 or 3 by caustics, of pi times `other` by all else; half of the rays look for it even
+    // where there is nothing.
+    for (caustic, other) in [(1.5, 1.0), (3.0, 2.0), (3.0, 0.0)] {
+        let map = CausticMap::new(floor(4096, caustic / 4096.0, other));
+        let share = (SPREAD * caustic / (SPREAD * caustic + other * PI)).min(GREATEST_SHARE);
+        let mean = map.cells.iter().map(|cell| cell.share).sum::<f32>() / map.cells.len() as f32;
+        assert!(map.cells.len() >= 64, "{} cells", map.cells.len());
+        assert!((mean - share).abs() < 0.05, "{mean} instead of {share}");
+        assert!(map.cells.iter().all(|cell| cell.share <= GREATEST_SHARE));
+    }
 }
 
 #[test]
