@@ -23,8 +23,10 @@ pub struct SurfaceInteraction {
     pub prim_id: u32,
     /// Whether the primitive is flat, so that no ray that leaves it can come back to it.
     pub flat: bool,
-    /// Height over a flat primitive from which no test in f32 finds it again: see the function `clearance`. Infinite for others.
+    /// Height over a flat primitive from which no test in f32 finds it again: see the function `clearance`. Zero for others.
     pub clearance: f32,
+    /// Whether that height may take the place of a rule: not for what is not flat, nor for thin triangles, where it is large.
+    pub clears: bool,
 }
 
 /// `n eps / (1 - n eps)`: bound of the relative error of n roundings (Higham).
@@ -88,7 +90,8 @@ fn on_sphere(sphere: Sphere, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         geom_id: hit.geom_id,
         prim_id: hit.prim_id,
         flat: false,
-        clearance: f32::INFINITY,
+        clearance: 0.0,
+        clears: false,
     }
 }
 
@@ -112,6 +115,7 @@ struct Points {
     n: Vectors,
     front: [bool; LANES],
     clearance: Floats,
+    clears: [bool; LANES],
 }
 
 impl Triangles {
@@ -139,6 +143,7 @@ impl Triangles {
             n: Vectors::default(),
             front: [false; LANES],
             clearance: Floats::default(),
+            clears: [false; LANES],
         };
         let mut bent = [false; LANES];
         for i in 0..LANES {
@@ -146,9 +151,10 @@ impl Triangles {
             let weights = [1.0 - self.u[i] - self.v[i], self.u[i], self.v[i]];
             points.p.set(i, weights[0] * a + weights[1] * b + weights[2] * c);
             let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
-            let (ng, clearance) = plane(a, b, c);
+            let Plane { ng, clearance, thin } = plane(a, b, c);
             points.error[i] = (gamma(7.0) * ng.abs().dot(sum)).max(LEAST_OFFSET);
             points.clearance[i] = clearance;
+            points.clears[i] = !thin;
             let wo = self.wo.get(i);
             let front = ng.dot(wo) >= 0.0;
             let ng = if front { ng } else { -ng };
@@ -187,24 +193,35 @@ impl Points {
             prim_id: hit.prim_id,
             flat: true,
             clearance: self.clearance[lane],
+            clears: self.clears[lane],
         }
     }
 }
 
-/// The unit normal of a triangle, computed in f64, where the cross product of the edges does not cancel, and its
-/// [`clearance`].
+/// The plane of a triangle.
+struct Plane {
+    /// Unit normal, computed in f64, where the cross product of the edges does not cancel.
+    ng: Vec3,
+    /// See [`clearance`].
+    clearance: f32,
+    /// Whether the square of the longest edge is more than [`MOST_STRETCHED`] times twice the area.
+    thin: bool,
+}
+
 #[inline(always)]
-fn plane(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, f32) {
+fn plane(a: Vec3, b: Vec3, c: Vec3) -> Plane {
     let longest_squared =
         (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
     let a = a.as_dvec3();
     let cross = (b.as_dvec3() - a).cross(c.as_dvec3() - a);
     let length = cross.length();
-    ((cross * length.recip()).as_vec3(), clearance(longest_squared, length as f32))
+    let ng = (cross * length.recip()).as_vec3();
+    let thin = (longest_squared > MOST_STRETCHED * length as f32) | (length as f32 == 0.0);
+    Plane { ng, clearance: clearance(longest_squared, length as f32), thin }
 }
 
-/// Height over a triangle's plane from which no test in f32 says that a ray upwards hits the triangle: infinite for
-/// thin triangles, whose planes f32 does not know well enough.
+/// Height over a triangle's plane from which no test in f32 says that a ray upwards hits the triangle, but no more than
+/// [`MOST_CLEARANCE`].
 ///
 /// A test finds the ray's parameter as `(v - o) . m / (d . m)`, `v` a corner and `m` the cross product of two edges.
 /// With `l` the longest edge and `eps = 2^-24`, `m` is off by at most `4 eps l^2`, so that the numerator has the
@@ -212,9 +229,12 @@ fn plane(a: Vec3, b: Vec3, c: Vec3) -> (Vec3, f32) {
 #[inline(always)]
 fn clearance(longest_squared: f32, cross_length: f32) -> f32 {
     let height = 4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length);
-    let thin = (longest_squared > MOST_STRETCHED * cross_length) | (cross_length == 0.0);
-    if thin { f32::INFINITY } else { height }
+    // Also where the quotient is 0 / 0.
+    height.min(MOST_CLEARANCE)
 }
+
+/// More than this, in the unit world, is not kept from a surface: slivers of an aspect beyond a few hundred need it.
+const MOST_CLEARANCE: f32 = 1.0 / (1u32 << 13) as f32;
 
 /// The square of a triangle's longest edge over twice its area, above which a triangle is thin.
 const MOST_STRETCHED: f32 = 16.0;
@@ -245,12 +265,14 @@ impl SurfaceInteraction {
         geom_id: 0,
         prim_id: 0,
         flat: false,
-        clearance: f32::INFINITY,
+        clearance: 0.0,
+        clears: false,
     };
 
     /// A ray from this point along the unit vector `wi`, which does not hit the surface that it leaves.
     ///
-    /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6).
+    /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6), and where that
+    /// is all that keeps it from the surface, past the error of the test in f32 too.
     #[inline]
     pub fn spawn(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
         let (leaves_above, side) = self.side(wi);
@@ -262,7 +284,8 @@ impl SurfaceInteraction {
             }
             SelfHit::Primitive | SelfHit::Offset => Skip::None,
         };
-        Ray { origin: self.p + side * self.p_error, t_min: 0.0, dir: wi, t_max, skip }
+        let offset = self.p_error + if self_hit == SelfHit::Offset { self.clearance } else { 0.0 };
+        Ray { origin: self.p + side * offset, t_min: 0.0, dir: wi, t_max, skip }
     }
 
     /// A ray for which it only counts whether anything lies on it.
@@ -272,12 +295,16 @@ impl SurfaceInteraction {
     #[inline]
     pub fn spawn_shadow(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
         let ray = self.spawn(wi, t_max, self_hit);
-        if self_hit != SelfHit::Primitive || self.clearance == f32::INFINITY {
-            return ray;
-        }
         // What starts nearer to a light must end as much earlier.
-        let origin = self.p + self.side(wi).1 * (self.p_error + self.clearance);
-        Ray { origin, t_max: (t_max - self.clearance).max(0.0), skip: Skip::None, ..ray }
+        let t_max = (t_max - self.clearance).max(0.0);
+        match self_hit {
+            SelfHit::Offset => Ray { t_max, ..ray },
+            SelfHit::Primitive if self.clears => {
+                let origin = self.p + self.side(wi).1 * (self.p_error + self.clearance);
+                Ray { origin, t_max, skip: Skip::None, ..ray }
+            }
+            SelfHit::Primitive | SelfHit::Geometry => ray,
+        }
     }
 
     /// Whether `wi` leaves on the viewer's side, and the geometric normal on `wi`'s side.

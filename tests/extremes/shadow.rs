@@ -2,8 +2,11 @@
 
 use super::common::{picture_on, scene, scene_with};
 use super::{Place, backends, extremes, smooth_and_flat};
+use gloss::accel::{self, BuildOptions, Coherence};
+use gloss::core::{Ray, Sampler, SamplerKind, warp};
 use gloss::geometry::generate::Generator;
 use gloss::render::RenderOptions;
+use gloss::scene::SelfHit;
 
 /// A thing under a point light from the side, so that half of it is beyond the terminator.
 fn lit_thing(place: Place, shape: &str, shadows: bool) -> String {
@@ -89,6 +92,50 @@ fn a_concave_mesh_is_shaded_alike_by_the_offset_alone() {
                 assert_eq!(differ, 0, "{place:?} on {backend:?}");
             }
         }
+    }
+}
+
+#[test]
+fn rays_do_not_come_back_to_the_thin_facets_that_the_offset_alone_keeps_them_from() {
+    // A pillar and a ball on it; the facets are 78 times as long as they are wide, which f32 does not know well.
+    let scene = scene(
+        r#"
+        [[shapes]]
+        type = "cylinder"
+        base = [-6, -100, 0]
+        top = [-6, 15, 0]
+        radius = 30
+        [[shapes]]
+        type = "sphere"
+        center = [-6, 55, 0]
+        radius = 40
+        "#,
+    );
+    let sampler = Sampler::new(SamplerKind::Independent, 5, 0, 0);
+    let towards_pillar = |i: u32| {
+        let origin = warp::uniform_sphere(sampler.pair(i, 0));
+        let target = 0.4 * warp::uniform_sphere(sampler.pair(i, 1));
+        Ray::new(origin, (target - origin).normalize())
+    };
+    for backend in backends() {
+        let accel = accel::build(backend, &scene.shapes, &BuildOptions::default()).expect("it can be built");
+        let rays: Vec<_> = (0..1_000_000).map(towards_pillar).collect();
+        let mut hits = vec![None; rays.len()];
+        accel.intersect(&rays, Coherence::Incoherent, &mut hits);
+        let mut leaving = vec![];
+        for (i, (ray, hit)) in (0..).zip(rays.iter().zip(&hits)) {
+            let Some(point) = hit.as_ref().map(|hit| scene.interaction(ray, hit)) else { continue };
+            // Away from the ball, and from the pillar, which is convex.
+            let wi = warp::uniform_sphere(sampler.pair(i, 2));
+            if point.flat && wi.dot(point.at.ng) > 0.1 && wi.y < 0.0 {
+                leaving.push(point.spawn_shadow(wi, f32::INFINITY, SelfHit::Offset));
+            }
+        }
+        assert!(leaving.len() > 5000, "{}", leaving.len());
+        let mut occluded = vec![false; leaving.len()];
+        accel.occluded(&leaving, Coherence::Incoherent, &mut occluded);
+        let back = occluded.iter().filter(|&&occluded| occluded).count();
+        assert_eq!(back, 0, "of {} on {backend:?}", leaving.len());
     }
 }
 
