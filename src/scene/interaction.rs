@@ -220,20 +220,18 @@ fn plane(a: Vec3, b: Vec3, c: Vec3) -> Plane {
     Plane { ng, clearance: clearance(longest_squared, length as f32), thin }
 }
 
-/// Height over a triangle's plane from which no test in f32 says that a ray upwards hits the triangle, but no more than
-/// [`MOST_CLEARANCE`].
+/// Height over a triangle's plane from which no test in f32 says that a ray upwards hits the triangle.
 ///
 /// A test finds the ray's parameter as `(v - o) . m / (d . m)`, `v` a corner and `m` the cross product of two edges.
 /// With `l` the longest edge and `eps = 2^-24`, `m` is off by at most `4 eps l^2`, so that the numerator has the
 /// wrong sign only below the height `4 eps l (1 + l^2 / |m|)`. Twice that is left.
 #[inline(always)]
 fn clearance(longest_squared: f32, cross_length: f32) -> f32 {
-    let height = 4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length);
-    // Also where the quotient is 0 / 0.
-    height.min(MOST_CLEARANCE)
+    4.0 * f32::EPSILON * longest_squared.sqrt() * (1.0 + longest_squared / cross_length)
 }
 
-/// More than this, in the unit world, is not kept from a surface: slivers of an aspect beyond a few hundred need it.
+/// The offset alone keeps no more than this from a surface, in the unit world: slivers of an aspect beyond a few hundred and
+/// endless planes would need it.
 const MOST_CLEARANCE: f32 = 1.0 / (1u32 << 13) as f32;
 
 /// The square of a triangle's longest edge over twice its area, above which a triangle is thin.
@@ -284,8 +282,8 @@ impl SurfaceInteraction {
             }
             SelfHit::Primitive | SelfHit::Offset => Skip::None,
         };
-        let offset = self.p_error + if self_hit == SelfHit::Offset { self.clearance } else { 0.0 };
-        Ray { origin: self.p + side * offset, t_min: 0.0, dir: wi, t_max, skip }
+        let alone = if self_hit == SelfHit::Offset { self.clearance_alone() } else { 0.0 };
+        Ray { origin: self.p + side * (self.p_error + alone), t_min: 0.0, dir: wi, t_max, skip }
     }
 
     /// A ray for which it only counts whether anything lies on it.
@@ -296,15 +294,22 @@ impl SurfaceInteraction {
     pub fn spawn_shadow(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
         let ray = self.spawn(wi, t_max, self_hit);
         // What starts nearer to a light must end as much earlier.
-        let t_max = (t_max - self.clearance).max(0.0);
+        let nearer = |by: f32| (t_max - by).max(0.0);
         match self_hit {
-            SelfHit::Offset => Ray { t_max, ..ray },
+            SelfHit::Offset => Ray { t_max: nearer(self.clearance_alone()), ..ray },
             SelfHit::Primitive if self.clears => {
                 let origin = self.p + self.side(wi).1 * (self.p_error + self.clearance);
-                Ray { origin, t_max, skip: Skip::None, ..ray }
+                Ray { origin, t_max: nearer(self.clearance), skip: Skip::None, ..ray }
             }
             SelfHit::Primitive | SelfHit::Geometry => ray,
         }
+    }
+
+    /// What is added to the error of the point where no rule keeps rays from the surface.
+    #[inline]
+    fn clearance_alone(&self) -> f32 {
+        // The lesser of the two also where a triangle without area has no number.
+        self.clearance.min(MOST_CLEARANCE)
     }
 
     /// Whether `wi` leaves on the viewer's side, and the geometric normal on `wi`'s side.
