@@ -72,21 +72,19 @@ impl Mixture {
     pub fn new(origin: Vec3, lobes: &[Lobe]) -> Self {
         let total: f32 = lobes.iter().map(|lobe| lobe.weight).sum();
         let none = [0.0; LANES];
-        let (mut mixture, mut sum) = (
-            Self {
-                origin,
-                x: none,
-                y: none,
-                z: [1.0; LANES],
-                nearness: none,
-                width: [1.0; LANES],
-                scale: none,
-                weight: none,
-                // Beyond all numbers that are drawn.
-                before: [2.0; LANES],
-            },
-            0.0,
-        );
+        let mut mixture = Self {
+            origin,
+            x: none,
+            y: none,
+            z: [1.0; LANES],
+            nearness: none,
+            width: [1.0; LANES],
+            scale: none,
+            weight: none,
+            // Beyond all numbers that are drawn.
+            before: [2.0; LANES],
+        };
+        let mut sum = 0.0;
         for (k, lobe) in lobes.iter().enumerate() {
             let weight = lobe.weight / total;
             [mixture.x[k], mixture.y[k], mixture.z[k]] = lobe.axis.to_array();
