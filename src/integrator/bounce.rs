@@ -48,7 +48,7 @@ impl Dimension {
     #[inline(always)]
     pub(super) fn draw(
         self,
-        samplers: [&Sampler; LANES],
+        samplers: &[Sampler; LANES],
         indices: [u32; LANES],
         depths: [u32; LANES],
     ) -> [[f32; 2]; LANES] {
@@ -56,7 +56,7 @@ impl Dimension {
         for lane in 0..LANES {
             dimensions[lane] = self.at(depths[lane]);
         }
-        Sampler::pairs(samplers, indices, dimensions)
+        Sampler::pairs(samplers.each_ref(), indices, dimensions)
     }
 }
 
@@ -261,7 +261,7 @@ impl Integrator<'_> {
             let same = at_hand.filter(|drawn| chosen.is_none() && drawn.guide() == leaving.guide);
             let direction = same.and_then(Lane::diffuse);
             let survival = || match at_hand {
-                Some(drawn) => drawn.survival(from.path, sampler),
+                Some(drawn) => drawn.survival(),
                 None => sampler.single(index, Dimension::Survival.at(depth)),
             };
             self.make_ray(from, leaving, (lobe, index), (u, direction), survival, wave);

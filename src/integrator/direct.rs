@@ -2,13 +2,16 @@
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
 use super::bounce::{Leaving, Reached};
-use super::eight::Lane;
+use super::eight::{Eight, Lane};
 use super::guided::{self, Guide};
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bxdf, LobeKind};
-use crate::core::{Ray, Rgb, Sampler};
-use crate::scene::{DirectLight, EmitterHit, LightSample, Receiver, SurfaceInteraction};
+use crate::bxdf::{Bsdf, Bxdf, LobeKind};
+use crate::core::lanes::LANES;
+use crate::core::{Ray, Rgb};
+use crate::scene::{
+    DirectLight, EightSamples, EmitterHit, LightSample, Receiver, Receivers, SurfaceInteraction,
+};
 
 /// Light that arrives if nothing is in the way of a ray.
 pub(super) struct Unoccluded {
@@ -31,28 +34,43 @@ fn power_heuristic(mine: f32, other: f32) -> f32 {
 }
 
 impl Integrator<'_> {
-    /// One light's share of the radiance that leaves the surface towards the viewer.
+    /// A light's sample for each of eight surfaces that take light from lights.
     #[inline(always)]
-    pub(super) fn sample_light(
+    pub(super) fn sample_lights(
+        &self,
+        drawn: &Eight,
+        bsdfs: &[Option<&Bsdf>; LANES],
+        leaving: &[Leaving; LANES],
+        samples: &mut EightSamples,
+    ) {
+        let mut receivers = Receivers::default();
+        for (lane, leaving) in leaving.iter().enumerate() {
+            if let Some(bsdf) = bsdfs[lane]
+                && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
+            {
+                let point = Lane { eight: drawn, lane }.point();
+                let lobes_look = leaving.lobes_look;
+                receivers.set(lane, &Receiver { p: point.p, n: point.at.n, lobes_look });
+            }
+        }
+        if !receivers.is_empty() {
+            self.scene.lights.sample_eight(&receivers, || drawn.fine(), &drawn.light(), samples);
+        }
+    }
+
+    /// What the surface reflects towards the viewer of a light sample.
+    #[inline(always)]
+    pub(super) fn reflect_light(
         &self,
         from: &Reached,
         leaving: &Leaving,
-        drawn: Lane,
-        sampler: &Sampler,
+        light: &LightSample,
     ) -> Option<Unoccluded> {
         let Reached { path, point, bsdf } = from;
-        if !bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf)) {
-            return None;
-        }
-        let receiver = Receiver { p: point.p, n: point.at.n, lobes_look: leaving.lobes_look };
-        let lights = &self.scene.lights;
-        let light = lights.sample_prepared(&receiver, drawn.light_sample(), || {
-            (drawn.choice(path, sampler)[1], drawn.light(path, sampler))
-        })?;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p));
-            reflected += self.lit(path, point, bxdf, rays, &light);
+            reflected += self.lit(path, point, bxdf, rays, light);
         }
         let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
         if radiance.is_black() {

@@ -7,7 +7,7 @@ use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
-use crate::scene::{DirectLight, EightSamples, Needs, Scene, SurfaceInteraction};
+use crate::scene::{DirectLight, Needs, Scene, SurfaceInteraction};
 
 /// Eight surfaces that rays have hit, and what is drawn at nearly every one.
 ///
@@ -15,6 +15,9 @@ use crate::scene::{DirectLight, EightSamples, Needs, Scene, SurfaceInteraction};
 /// same.
 pub(super) struct Eight<'a> {
     points: &'a [SurfaceInteraction; LANES],
+    /// The paths that have come to them.
+    from: [&'a Path; LANES],
+    samplers: [Sampler; LANES],
     /// The direction of the first lobe's ray, where it is one.
     lobe: Pairs,
     /// The numbers of the guides of diffuse rays, where caustics are.
@@ -27,8 +30,6 @@ pub(super) struct Eight<'a> {
     light: Option<Pairs>,
     /// Whether the path goes on, where the first lobe's ray is one.
     survival: Option<Pairs>,
-    /// Samples of the only light, where it is one.
-    lights: Option<EightSamples>,
 }
 
 /// A pair of numbers for each of eight surfaces.
@@ -42,6 +43,18 @@ pub(super) struct Lane<'a> {
 }
 
 impl<'a> Lane<'a> {
+    /// The path that has come to it.
+    #[inline(always)]
+    pub(super) fn path(self) -> &'a Path {
+        self.eight.from[self.lane]
+    }
+
+    /// The numbers of the path's pixel.
+    #[inline(always)]
+    pub(super) fn sampler(self) -> &'a Sampler {
+        &self.eight.samplers[self.lane]
+    }
+
     /// Where it is.
     #[inline(always)]
     pub(super) fn point(self) -> &'a SurfaceInteraction {
@@ -68,37 +81,60 @@ impl<'a> Lane<'a> {
         Some(DiffuseDirection { wi: wi.get(self.lane), pdf: pdf[self.lane] })
     }
 
-    /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
+    /// Which lobe, and the direction of its ray.
     #[inline(always)]
-    pub(super) fn choice(self, path: &Path, sampler: &Sampler) -> [f32; 2] {
-        self.pair(&self.eight.choice, Dimension::Choice, path, sampler)
-    }
-
-    /// Which light, and the direction towards it.
-    #[inline(always)]
-    pub(super) fn light(self, path: &Path, sampler: &Sampler) -> [f32; 2] {
-        self.pair(&self.eight.light, Dimension::LightDirection, path, sampler)
+    pub(super) fn choice(self) -> [f32; 2] {
+        self.pair(&self.eight.choice, Dimension::Choice)
     }
 
     /// Whether the path goes on, where the first lobe's ray is one.
     #[inline(always)]
-    pub(super) fn survival(self, path: &Path, sampler: &Sampler) -> f32 {
-        self.pair(&self.eight.survival, Dimension::Survival, path, sampler)[0]
+    pub(super) fn survival(self) -> f32 {
+        self.pair(&self.eight.survival, Dimension::Survival)[0]
     }
 
     #[inline(always)]
-    fn pair(self, drawn: &Option<Pairs>, dimension: Dimension, path: &Path, sampler: &Sampler) -> [f32; 2] {
+    fn pair(self, drawn: &Option<Pairs>, dimension: Dimension) -> [f32; 2] {
         match drawn {
             Some(pairs) => pairs[self.lane],
-            None => sampler.pair(path.index, dimension.at(path.depth)),
+            None => self.sampler().pair(self.path().index, dimension.at(self.path().depth)),
+        }
+    }
+}
+
+impl Eight<'_> {
+    /// Which light, and the direction towards it.
+    #[inline(always)]
+    pub(super) fn light(&self) -> Pairs {
+        match self.light {
+            Some(light) => light,
+            None => draw(Dimension::LightDirection, self.from, &self.samplers),
         }
     }
 
-    /// The sample of the only light, where there is one, and its lane.
+    /// What lights want to know beyond their own pair.
     #[inline(always)]
-    pub(super) fn light_sample(self) -> Option<(&'a EightSamples, usize)> {
-        self.eight.lights.as_ref().map(|samples| (samples, self.lane))
+    pub(super) fn fine(&self) -> Floats {
+        let choice = match self.choice {
+            Some(choice) => choice,
+            None => draw(Dimension::Choice, self.from, &self.samplers),
+        };
+        let mut fine = Floats::default();
+        for lane in 0..LANES {
+            [_, fine[lane]] = choice[lane];
+        }
+        fine
     }
+}
+
+/// The numbers of eight paths.
+#[inline(always)]
+fn draw(dimension: Dimension, from: [&Path; LANES], samplers: &[Sampler; LANES]) -> Pairs {
+    let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
+    for (lane, path) in from.into_iter().enumerate() {
+        (indices[lane], depths[lane]) = (path.index, path.depth);
+    }
+    dimension.draw(samplers, indices, depths)
 }
 
 /// What surfaces are likely to need.
@@ -133,8 +169,8 @@ impl Integrator<'_> {
     pub(super) fn draw_eight<'a>(
         &self,
         points: &'a [SurfaceInteraction; LANES],
-        from: [&Path; LANES],
-        samplers: [&Sampler; LANES],
+        from: [&'a Path; LANES],
+        samplers: [Sampler; LANES],
     ) -> Eight<'a> {
         let [mut p, mut n, mut ng] = [Vectors::default(); 3];
         for (lane, point) in points.iter().enumerate() {
@@ -147,34 +183,24 @@ impl Integrator<'_> {
             guides = caustics.find(&p, &n);
         }
 
-        let (mut indices, mut depths) = ([0; LANES], [0; LANES]);
-        for (lane, path) in from.into_iter().enumerate() {
-            (indices[lane], depths[lane]) = (path.index, path.depth);
-        }
-        let may_end = depths.iter().any(|&depth| depth >= self.roulette_from);
+        let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
         let needs = self.likely.lights[usize::from(from.iter().any(|path| self.is_last(path)))];
-        let draw = |dimension: Dimension| dimension.draw(samplers, indices, depths);
-        let lobe = draw(Dimension::Lobe(0));
+        let lobe = draw(Dimension::Lobe(0), from, &samplers);
         let [mut choice, mut light, mut survival] = [None; 3];
         if self.likely.choice || needs.fine {
-            choice = Some(draw(Dimension::Choice));
+            choice = Some(draw(Dimension::Choice, from, &samplers));
         }
         if needs.direction {
-            light = Some(draw(Dimension::LightDirection));
+            light = Some(draw(Dimension::LightDirection, from, &samplers));
         }
         if may_end {
-            survival = Some(draw(Dimension::Survival));
-        }
-
-        let mut lights = None;
-        if let Some(towards) = &light {
-            lights = self.scene.lights.prepare(&p, towards);
+            survival = Some(draw(Dimension::Survival, from, &samplers));
         }
         let mut diffuse = None;
         if self.likely.diffuse {
             diffuse = Some(self.draw_diffuse(&n, &ng, &lobe, &guides));
         }
-        Eight { points, lobe, guides, diffuse, choice, light, survival, lights }
+        Eight { points, from, samplers, lobe, guides, diffuse, choice, light, survival }
     }
 
     /// The directions that numbers draw from diffuse lobes, with guides, and their densities.

@@ -86,7 +86,10 @@ pub(super) fn sample(
 #[inline(always)]
 pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide>, wi: Vec3) -> (Rgb, f32) {
     let (f_cos, pdf) = bxdf.evaluate(at, wi);
-    (f_cos, guide.map_or(pdf, |Guide { cell, p }| mixed(pdf, cell, p, wi)))
+    match guide {
+        Some(Guide { cell, p }) => (f_cos, mixed(pdf, cell, p, wi)),
+        None => (f_cos, pdf),
+    }
 }
 
 /// The density of the mixture along `wi`, where the lobe alone has the density `alone`.

@@ -53,13 +53,13 @@ impl Integrator<'_> {
         for (number, bxdf) in bsdf.lobes().iter().enumerate() {
             if let Bxdf::CosinePower(lobe) = bxdf {
                 let lobe = Lobe { number, exponent: f64::from(lobe.exponent), environment, bxdf };
-                self.reflect(&place, &lobe, out);
+                self.reflect_lobe(&place, &lobe, out);
             }
         }
     }
 
     /// The lobe's samples of the environment, each with its share of visibility.
-    fn reflect(&self, place: &Place, lobe: &Lobe, out: &mut Outgoing) {
+    fn reflect_lobe(&self, place: &Place, lobe: &Lobe, out: &mut Outgoing) {
         let (path, point) = (place.path, place.point);
         let settings = &self.scene.settings;
         let count = match path.glossy_depth {

@@ -8,7 +8,9 @@ use super::path::{Path, Vertex, Wave};
 use super::roots::Roots;
 use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
+use crate::bxdf::Bsdf;
 use crate::core::{Hit, Ray, Rgb};
+use crate::scene::LightSample;
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
@@ -43,13 +45,11 @@ impl Outgoing<'_> {
 /// A surface at the end of a ray.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<'a> {
-    /// The path that the ray belongs to.
-    pub path: &'a Path,
     /// The ray.
     pub ray: &'a Ray,
     /// What it hit.
     pub hit: &'a Hit,
-    /// The point there, and what is drawn at it.
+    /// The point there, the path that has come to it, and what is drawn there.
     pub drawn: Lane<'a>,
 }
 
@@ -60,11 +60,18 @@ impl Integrator<'_> {
         self.bounded(path.beta * self.environment_seen(path, ray), path.depth)
     }
 
-    /// What a ray sees that hits: light of the surface's own, light straight from lights, and which rays leave.
+    /// What a ray sees that hits: light of the surface's own. Gives back the lobes of a surface that reflects, and plans
+    /// which rays leave it; the lobes are put into `here` where they are not the same everywhere.
     #[inline(always)]
-    pub(super) fn shade(&self, seen: &Seen, out: &mut Outgoing) {
-        let Seen { path, ray, hit, drawn } = *seen;
-        let point = drawn.point();
+    pub(super) fn look_at<'b>(
+        &'b self,
+        seen: &Seen,
+        here: &'b mut Option<Bsdf>,
+        leaving: &mut Leaving,
+        out: &mut Outgoing,
+    ) -> Option<&'b Bsdf> {
+        let Seen { ray, hit, drawn } = *seen;
+        let (path, point) = (drawn.path(), drawn.point());
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
@@ -82,7 +89,7 @@ impl Integrator<'_> {
             out.add(path, self.bounded(path.beta * emission * weight, path.depth));
         }
         if path.emission_only {
-            return;
+            return None;
         }
         if let Some(ambient) = &material.ambient {
             let ambient = path.beta * ambient.at(point.p) * self.scene.ambient;
@@ -92,43 +99,48 @@ impl Integrator<'_> {
             if let Some(trail) = out.trail(path) {
                 self.describe(path, point, Rgb::BLACK, trail);
             }
-            return;
+            return None;
         }
 
-        // Light from elsewhere.
-        let here;
         let bsdf = match &self.bsdfs[geometry.material as usize] {
             Some(everywhere) => everywhere,
-            None => {
-                here = material.bsdf(point.p);
-                &here
-            }
+            None => here.insert(material.bsdf(point.p)),
         };
-        let mut leaving = Leaving::default();
-        let sampler = *out.roots.sampler(path.slot);
-        self.plan_rays(path, &point.at, bsdf, || drawn.choice(path, &sampler), &mut leaving);
-        leaving.guide = Self::needed(drawn.guide(), bsdf, &leaving);
+        self.plan_rays(path, &point.at, bsdf, || drawn.choice(), leaving);
+        leaving.guide = Self::needed(drawn.guide(), bsdf, leaving);
         if let Some(trail) = out.trail(path) {
-            leaving.followed = self.tell(path, point, bsdf, &leaving, trail);
+            leaving.followed = self.tell(path, point, bsdf, leaving, trail);
         }
+        Some(bsdf)
+    }
+
+    /// What a surface reflects of light from elsewhere: of `light` straight from a light, and by the rays that leave.
+    #[inline(always)]
+    pub(super) fn reflect(
+        &self,
+        drawn: Lane,
+        bsdf: &Bsdf,
+        leaving: &mut Leaving,
+        light: Option<LightSample>,
+        out: &mut Outgoing,
+    ) {
+        let (path, point, sampler) = (drawn.path(), drawn.point(), drawn.sampler());
         let from = Reached { path, point, bsdf };
         if self.is_last(path) {
-            let seen = self.end(path, &point.at, bsdf, &sampler, out.tally);
+            let seen = self.end(path, &point.at, bsdf, sampler, out.tally);
             out.add(path, self.bounded(seen, path.depth + 1));
         }
         if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
             self.reflect_environment(path, point, bsdf, out);
         }
-        if self.samples_lights {
-            match self.sample_light(&from, &leaving, drawn, &sampler) {
-                Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
-                Some(Unoccluded { radiance, ray: None }) => out.add(path, radiance),
-                None => {}
-            }
+        match light.and_then(|light| self.reflect_light(&from, leaving, &light)) {
+            Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
+            Some(Unoccluded { radiance, ray: None }) => out.add(path, radiance),
+            None => {}
         }
-        self.make_rays(&from, &mut leaving, &sampler, Some(drawn), out.next);
+        self.make_rays(&from, leaving, sampler, Some(drawn), out.next);
         if leaving.remaining() > 0 {
-            out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving });
+            out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving: *leaving });
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The wave loop: all paths of a wave take one step together.
 
+use super::bounce::Leaving;
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
 use super::path::{Path, Rays, Vertex, Wave};
@@ -12,7 +13,7 @@ use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
-use crate::scene::{AtMaxDepth, Material, Plan, Scene, Settings};
+use crate::scene::{AtMaxDepth, EightSamples, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -292,17 +293,30 @@ impl<'a> Integrator<'a> {
         lanes[..group.len()].copy_from_slice(group);
         let hit = |i: usize| hits[i].as_ref().expect("a group is of hits");
         let (mut found, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
-        let mut samplers = [out.roots.sampler(paths[first].slot); LANES];
+        let mut samplers = [*out.roots.sampler(paths[first].slot); LANES];
         for (lane, i) in lanes.into_iter().enumerate() {
             found[lane] = (&rays[i], hit(i));
             from[lane] = &paths[i];
-            samplers[lane] = out.roots.sampler(paths[i].slot);
+            samplers[lane] = *out.roots.sampler(paths[i].slot);
         }
         let points = self.scene.interactions(found);
         let eight = self.draw_eight(&points, from, samplers);
-        for lane in 0..group.len() {
-            let ((ray, hit), path) = (found[lane], from[lane]);
-            self.shade(&Seen { path, ray, hit, drawn: Lane { eight: &eight, lane } }, out);
+        let drawn = |lane: usize| Lane { eight: &eight, lane };
+
+        let (mut here, mut leaving) = ([const { None }; LANES], [Leaving::default(); LANES]);
+        let mut bsdfs = [None; LANES];
+        for ((lane, here), leaving) in (0..group.len()).zip(&mut here).zip(&mut leaving) {
+            let (ray, hit) = found[lane];
+            bsdfs[lane] = self.look_at(&Seen { ray, hit, drawn: drawn(lane) }, here, leaving, out);
+        }
+        let mut lights = EightSamples::default();
+        if self.samples_lights {
+            self.sample_lights(&eight, &bsdfs, &leaving, &mut lights);
+        }
+        for (lane, leaving) in leaving.iter_mut().enumerate() {
+            if let Some(bsdf) = bsdfs[lane] {
+                self.reflect(drawn(lane), bsdf, leaving, lights.get(lane), out);
+            }
         }
     }
 

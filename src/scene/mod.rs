@@ -18,7 +18,9 @@ pub mod world;
 pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
-pub use light::{EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver};
+pub use light::{
+    EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver, Receivers,
+};
 pub use load::{
     Format, GeometryCache, Location, Override, SceneError, load, load_settings, load_str, load_with,
 };

@@ -1,6 +1,6 @@
 //! Where a light is and where it shines.
 
-use super::{Light, Receiver};
+use super::{Light, Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
 use crate::geometry::Aabb;
 use glam::Vec3;
@@ -188,6 +188,18 @@ impl Emission {
     }
 }
 
+impl Emission {
+    /// The [importance](Self::importance) to each of eight receivers.
+    #[inline(always)]
+    pub(super) fn importances(&self, to: &Receivers) -> Floats {
+        let mut importances = Floats::default();
+        for lane in 0..LANES {
+            importances[lane] = self.importance(&to.get(lane));
+        }
+        importances
+    }
+}
+
 /// The lesser of two numbers, in one instruction: the second if one is NaN.
 #[inline(always)]
 fn least(a: f32, b: f32) -> f32 {
@@ -241,17 +253,27 @@ impl EightEmissions {
     pub(super) fn importances(&self, to: &Receiver) -> Floats {
         let mut importances = Floats::default();
         for lane in 0..LANES {
-            let emission = Emission {
-                center: Vec3::new(self.center[0][lane], self.center[1][lane], self.center[2][lane]),
-                radius_squared: self.radius_squared[lane],
-                axis: Vec3::new(self.axis[0][lane], self.axis[1][lane], self.axis[2][lane]),
-                cos_spread: self.cos_spread[lane],
-                sin_spread: self.sin_spread[lane],
-                intensity: self.intensity[lane],
-                both_sides: self.both_sides[lane],
-            };
-            importances[lane] = emission.importance(to);
+            importances[lane] = self.get(lane).importance(to);
         }
         importances
+    }
+
+    /// The importance of the one in a lane to each of eight receivers.
+    #[inline(always)]
+    pub(super) fn importances_of(&self, lane: usize, to: &Receivers) -> Floats {
+        self.get(lane).importances(to)
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Emission {
+        Emission {
+            center: Vec3::new(self.center[0][lane], self.center[1][lane], self.center[2][lane]),
+            radius_squared: self.radius_squared[lane],
+            axis: Vec3::new(self.axis[0][lane], self.axis[1][lane], self.axis[2][lane]),
+            cos_spread: self.cos_spread[lane],
+            sin_spread: self.sin_spread[lane],
+            intensity: self.intensity[lane],
+            both_sides: self.both_sides[lane],
+        }
     }
 }

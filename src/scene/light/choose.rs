@@ -4,8 +4,8 @@ use super::bounds::LightBounds;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::unit::below_one;
-use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver};
-use crate::core::lanes::{LANES, Vectors};
+use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight};
+use crate::core::lanes::{Floats, LANES};
 use crate::core::{Rgb, sampler};
 use glam::Vec3;
 
@@ -60,71 +60,119 @@ impl Lights {
 
     /// Chooses a light that matters to the receiver and a direction towards it.
     ///
-    /// `None` where nothing would arrive. `fine` and `u` are in `[0, 1)`: the first of `u` chooses the light, and what
-    /// is left of it goes on to the light itself, so that points that are spread well over the unit square are spread
-    /// well over each light. With numbers of its own for the choice, each light would get a random part of them; where
-    /// a lamp and a sky share 64 Sobol points, the variance of a highlight is then two to three times as high. `fine` stands for the
-    /// bits that `u` has not.
-    #[inline(always)]
+    /// `None` where nothing would arrive. `fine` and `u` are in `[0, 1)`: see [`sample_eight`](Self::sample_eight).
     pub fn sample(&self, to: &Receiver, fine: f32, u: [f32; 2]) -> Option<LightSample> {
-        let (pick, probability, u) = match (self.simple(), self.far(to).is_empty()) {
-            (None, true) if self.tree.is_empty() => return None,
-            (Some(light), true) => (Pick::Light(light), 1.0, [f64::from(u[0]), f64::from(u[1])]),
-            _ => {
-                let [choice, v] = widen(fine, u);
-                let (pick, probability, rest) = self.choose(to, choice)?;
-                (pick, probability, [rest, v])
+        let mut receivers = Receivers::default();
+        receivers.set(0, to);
+        let mut samples = EightSamples::default();
+        self.sample_eight(&receivers, || [fine; LANES], &[u; LANES], &mut samples);
+        samples.get(0)
+    }
+
+    /// Chooses a light that matters to each receiver and a direction towards it.
+    ///
+    /// The first of `u` chooses the light, and what is left of it goes on to the light itself, so that points that are
+    /// spread well over the unit square are spread well over each light. With numbers of its own for the choice, each
+    /// light would get a random part of them; where a lamp and a sky share 64 Sobol points, the variance of a highlight is
+    /// then two to three times as high. `fine` stands for the bits that `u` has not, and is asked for where they matter. Both are in `[0, 1)`; [`needs`](Self::needs)
+    /// tells which of them matter.
+    #[inline(always)]
+    pub fn sample_eight(
+        &self,
+        to: &Receivers,
+        fine: impl FnOnce() -> Floats,
+        u: &[[f32; 2]; LANES],
+        samples: &mut EightSamples,
+    ) {
+        match self.simple(to) {
+            Some(light) => {
+                let mut wide = [[0.0; LANES]; 2];
+                for lane in 0..LANES {
+                    let [x, y] = u[lane];
+                    (wide[0][lane], wide[1][lane]) = (f64::from(x), f64::from(y));
+                }
+                match light {
+                    Light::Rectangle(light) => {
+                        *samples = RectangleLight::sample_eight(|_| light, to, &wide, to.there);
+                    }
+                    light => {
+                        for lane in to.lanes() {
+                            samples.put(lane, light.sample(&to.get(lane), [wide[0][lane], wide[1][lane]]));
+                        }
+                    }
+                }
+                samples.chosen_with(&[1.0; LANES]);
             }
-        };
-        let sample = match (pick, &self.environment) {
-            (Pick::Light(i), _) => self.lights[i as usize].sample(to, u)?,
-            (Pick::Environment, Some(environment)) => environment.sample(to, u)?,
-            (Pick::Environment, None) => return None,
-        };
-        let le_over_pdf = sample.le_over_pdf / probability as f32;
-        let pdf = sample.pdf * probability as f32;
-        arrives(LightSample { le_over_pdf, pdf, ..sample })
+            None => {
+                let (picks, probability, u) = self.choose(to, widen(fine(), u));
+                self.sample_lights(to, &picks, &u, samples);
+                samples.chosen_with(&probability);
+            }
+        }
+    }
+
+    /// The one light that there is to choose for these receivers, if it is one and 24 bits are enough for a direction to it.
+    #[inline(always)]
+    fn simple(&self, to: &Receivers) -> Option<&Light> {
+        let light = &self.lights[self.simple_near()? as usize];
+        let far_is_empty = [self.far.is_empty(), self.beside_lobes.is_empty()];
+        let mut alone = true;
+        for lane in 0..LANES {
+            alone &= !to.there[lane] | far_is_empty[usize::from(to.lobes_look[lane])];
+        }
+        alone.then_some(light)
     }
 
     /// The one near light, if it is one and 24 bits are enough to choose a direction to it.
     #[inline(always)]
-    fn simple(&self) -> Option<u32> {
+    fn simple_near(&self) -> Option<u32> {
         self.tree.only().filter(|&light| !matches!(self.lights[light as usize], Light::Mesh(_)))
     }
 
-    /// What [`sample`](Self::sample) needs for receivers whose lobes look for light or do not.
+    /// What [`sample_eight`](Self::sample_eight) needs for receivers whose lobes look for light or do not.
     pub fn needs(&self, lobes_look: bool) -> Needs {
-        let far = if lobes_look { &self.beside_lobes } else { &self.far };
-        let fine = !far.is_empty() || self.simple().is_none() && !self.tree.is_empty();
+        let far = self.far(lobes_look);
+        let fine = !far.is_empty() || self.simple_near().is_none() && !self.tree.is_empty();
         Needs { direction: fine || !self.tree.is_empty(), fine }
     }
 
-    /// Samples of the light that may be the only one to choose, for eight receivers side by side; `None` where several
-    /// are, or it is no rectangle.
+    /// Samples of the lights that were chosen, each as if it were the only one.
     #[inline(always)]
-    pub fn prepare(&self, receivers: &Vectors, u: &[[f32; 2]; LANES]) -> Option<EightSamples> {
-        match self.lights.get(self.tree.only()? as usize)? {
-            Light::Rectangle(light) => Some(light.sample_eight(receivers, u)),
-            _ => None,
-        }
-    }
-
-    /// [`sample`](Self::sample), where it may have been [prepared](Self::prepare) in a lane; else by `numbers`, `fine` and
-    /// `u`, which are asked for where there is a light.
-    #[inline(always)]
-    pub fn sample_prepared(
+    fn sample_lights(
         &self,
-        to: &Receiver,
-        prepared: Option<(&EightSamples, usize)>,
-        numbers: impl FnOnce() -> (f32, [f32; 2]),
-    ) -> Option<LightSample> {
-        let far_is_empty = self.far(to).is_empty();
-        match prepared.filter(|_| far_is_empty).and_then(|(samples, lane)| samples.get(lane)) {
-            Some(sample) => arrives(sample),
-            None if far_is_empty && self.tree.is_empty() => None,
-            None => {
-                let (fine, u) = numbers();
-                self.sample(to, fine, u)
+        to: &Receivers,
+        picks: &[Option<Pick>; LANES],
+        u: &[[f64; LANES]; 2],
+        samples: &mut EightSamples,
+    ) {
+        let (mut rectangles, mut others, mut sky) = ([None; LANES], [None; LANES], [false; LANES]);
+        for lane in to.lanes() {
+            match picks[lane] {
+                Some(Pick::Light(light)) => match &self.lights[light as usize] {
+                    Light::Rectangle(rectangle) => rectangles[lane] = Some(rectangle),
+                    light => others[lane] = Some(light),
+                },
+                Some(Pick::Environment) => sky[lane] = true,
+                None => {}
+            }
+        }
+
+        if let Some(first) = rectangles.into_iter().flatten().next() {
+            let mut lanes = [false; LANES];
+            for lane in 0..LANES {
+                lanes[lane] = rectangles[lane].is_some();
+            }
+            let of = |lane: usize| rectangles[lane].unwrap_or(first);
+            *samples = RectangleLight::sample_eight(of, to, u, lanes);
+        }
+        if sky.contains(&true)
+            && let Some(environment) = &self.environment
+        {
+            samples.take(&environment.sample_eight(to, u, sky), sky);
+        }
+        for lane in 0..LANES {
+            if let Some(light) = others[lane] {
+                samples.put(lane, light.sample(&to.get(lane), [u[0][lane], u[1][lane]]));
             }
         }
     }
@@ -143,8 +191,8 @@ impl Lights {
     #[inline]
     pub fn environment_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
         match &self.environment {
-            Some(environment) if self.far(to).has_environment() => {
-                let probability = (1.0 - self.near_share(to)) * self.far(to).probability(to, 0);
+            Some(environment) if self.far(to.lobes_look).has_environment() => {
+                let probability = (1.0 - self.near_share(to)) * self.far(to.lobes_look).probability(to, 0);
                 let (le, pdf) = environment.le_and_pdf(to, wi);
                 (le, probability as f32 * pdf)
             }
@@ -159,58 +207,108 @@ impl Lights {
         self.environment_and_pdf(to, wi).1
     }
 
-    /// Which light, with what probability, and what is left of `choice`.
+    /// Which light for each receiver, with what probability, and `u` with what is left of the first for the light.
     #[inline(always)]
-    fn choose(&self, to: &Receiver, choice: f64) -> Option<(Pick, f64, f64)> {
-        let near_share = self.near_share(to);
-        if choice < near_share {
-            let (light, probability, rest) = self.tree.sample(to, below_one(choice / near_share))?;
-            Some((Pick::Light(light), near_share * probability, rest))
-        } else if self.far(to).is_empty() {
-            None
-        } else {
-            let rest = below_one((choice - near_share) / (1.0 - near_share));
-            let (pick, probability, rest) = self.far(to).sample(to, rest);
-            Some((pick, (1.0 - near_share) * probability, rest))
+    fn choose(
+        &self,
+        to: &Receivers,
+        mut u: [[f64; LANES]; 2],
+    ) -> ([Option<Pick>; LANES], [f64; LANES], [[f64; LANES]; 2]) {
+        let (mut picks, mut probability) = ([None; LANES], [1.0; LANES]);
+        let near_share = self.near_shares(to);
+        let (mut near, mut choice) = (*to, [0.0; LANES]);
+        for lane in 0..LANES {
+            near.there[lane] &= u[0][lane] < near_share[lane];
+            choice[lane] = below_one(u[0][lane] / near_share[lane]);
         }
+        if !near.is_empty() {
+            let chosen = self.tree.sample_eight(&near, &choice);
+            for lane in near.lanes() {
+                picks[lane] = match chosen.light[lane] {
+                    Some(light) => Some(Pick::Light(light)),
+                    None => None,
+                };
+                probability[lane] = near_share[lane] * chosen.probability[lane];
+                u[0][lane] = chosen.rest[lane];
+            }
+        }
+        for lane in to.lanes().filter(|&lane| !near.there[lane]) {
+            let far = self.far(to.lobes_look[lane]);
+            if !far.is_empty() {
+                let far_share = 1.0 - near_share[lane];
+                let choice = below_one((u[0][lane] - near_share[lane]) / far_share);
+                let (pick, share, rest) = far.sample(&to.get(lane), choice);
+                picks[lane] = Some(pick);
+                probability[lane] = far_share * share;
+                u[0][lane] = rest;
+            }
+        }
+        (picks, probability, u)
     }
 
-    /// The far lights to choose among.
-    #[inline]
-    fn far(&self, to: &Receiver) -> &FarLights {
-        if to.lobes_look { &self.beside_lobes } else { &self.far }
+    /// The far lights to choose among, for receivers whose [lobes look](Receiver::lobes_look) or do not.
+    #[inline(always)]
+    fn far(&self, lobes_look: bool) -> &FarLights {
+        if lobes_look { &self.beside_lobes } else { &self.far }
     }
 
-    /// How often the light is one of the tree.
+    /// How often the light is one of the tree, for each receiver.
+    #[inline(always)]
+    fn near_shares(&self, to: &Receivers) -> [f64; LANES] {
+        let mut shares = [1.0; LANES];
+        if self.far.is_empty() {
+            return shares;
+        }
+        let near = self.tree.importances(to);
+        for lane in to.lanes() {
+            let far = self.far(to.lobes_look[lane]);
+            if !far.is_empty() {
+                shares[lane] = near_share(near[lane], far.importance(&to.get(lane)));
+            }
+        }
+        shares
+    }
+
+    /// [`near_shares`](Self::near_shares) for one receiver.
     #[inline]
     fn near_share(&self, to: &Receiver) -> f64 {
-        let far = self.far(to);
+        let far = self.far(to.lobes_look);
         if far.is_empty() {
             return 1.0;
         }
-        let near = f64::from(self.tree.importance(to));
-        if near == 0.0 {
-            return 0.0;
-        }
-        let far = f64::from(far.importance(to));
-        LEAST_SHARE + (1.0 - 2.0 * LEAST_SHARE) * near / (near + far)
+        near_share(self.tree.importance(to), far.importance(to))
     }
 }
 
-/// The sample if it has any light.
+/// How often to ask a near light, where near ones are this important, and far ones.
 #[inline(always)]
-fn arrives(sample: LightSample) -> Option<LightSample> {
-    (sample.le_over_pdf.is_finite() && !sample.le_over_pdf.is_black()).then_some(sample)
+fn near_share(near: f32, far: f32) -> f64 {
+    if near == 0.0 {
+        return 0.0;
+    }
+    let (near, far) = (f64::from(near), f64::from(far));
+    LEAST_SHARE + (1.0 - 2.0 * LEAST_SHARE) * near / (near + far)
 }
 
-/// `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.
-#[inline]
-fn widen(fine: f32, u: [f32; 2]) -> [f64; 2] {
-    let mut low = fine.to_bits() ^ sampler::hash(u[0].to_bits() ^ sampler::hash(u[1].to_bits()));
-    u.map(|u| {
-        low = sampler::hash(low ^ 0x5bd1_e995);
-        f64::from(u) + f64::from(low >> 4) / (1u64 << 52) as f64
-    })
+/// Each of `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.
+#[inline(always)]
+fn widen(fine: Floats, u: &[[f32; 2]; LANES]) -> [[f64; LANES]; 2] {
+    let mut wide = [[0.0; LANES]; 2];
+    for lane in 0..LANES {
+        let [x, y] = u[lane];
+        let low = fine[lane].to_bits() ^ sampler::hash(x.to_bits() ^ sampler::hash(y.to_bits()));
+        let low = sampler::hash(low ^ 0x5bd1_e995);
+        wide[0][lane] = lengthen(x, low);
+        wide[1][lane] = lengthen(y, sampler::hash(low ^ 0x5bd1_e995));
+    }
+    wide
+}
+
+/// `u` with the upper 28 bits of `low` below its 24.
+#[inline(always)]
+fn lengthen(u: f32, low: u32) -> f64 {
+    // Signed, which converts faster.
+    f64::from(u) + f64::from((low >> 4) as i32) / (1u64 << 52) as f64
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 mod bounds;
 mod choose;
+mod eight;
 pub mod environment;
 mod far;
 mod mesh;
@@ -18,10 +19,11 @@ mod tree;
 mod unit;
 
 pub use choose::{Lights, Needs};
+pub use eight::{EightSamples, Receivers};
 pub use environment::Environment;
 pub use mesh::MeshLight;
 pub use point::{DirectionalLight, PointLight};
-pub use rectangle::{EightSamples, RectangleLight};
+pub use rectangle::RectangleLight;
 pub use sphere::SphereLight;
 
 use crate::core::Rgb;

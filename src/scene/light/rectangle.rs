@@ -1,9 +1,9 @@
 //! Flat rectangular (or parallelogram-shaped) emitters.
 
 use super::spherical_rectangle::SphericalRectangle;
-use super::{EmitterHit, LightSample, Receiver, density, shadow_end};
+use super::{EightSamples, EmitterHit, LightSample, Receiver, Receivers, density, shadow_end};
 use crate::core::Rgb;
-use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::lanes::LANES;
 use glam::{DVec3, Vec3};
 
 /// A rectangle that emits the same radiance everywhere.
@@ -25,33 +25,6 @@ pub struct RectangleLight {
     far_squared: f64,
     radiance: Rgb,
     both_sides: bool,
-}
-
-/// Samples of a rectangle for eight receivers.
-#[derive(Default)]
-pub struct EightSamples {
-    wi: Vectors,
-    t_max: Floats,
-    /// Zero where nothing arrives.
-    solid_angle: Floats,
-    pdf: Floats,
-    /// Whether the receiver is to take a point by area, as these are.
-    by_area: [bool; LANES],
-    radiance: Rgb,
-}
-
-impl EightSamples {
-    /// The sample in a lane, of which nothing may arrive; `None` where another is to be taken.
-    #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> Option<LightSample> {
-        self.by_area[lane].then(|| LightSample {
-            wi: self.wi.get(lane),
-            t_max: self.t_max[lane],
-            le_over_pdf: self.radiance * self.solid_angle[lane],
-            pdf: self.pdf[lane],
-            shadow: true,
-        })
-    }
 }
 
 /// Beyond this many half diagonals from its centre a rectangle is sampled by area. Weights then vary there by 7 %
@@ -144,7 +117,7 @@ impl RectangleLight {
     }
 
     /// A direction towards the rectangle.
-    #[inline]
+    #[inline(never)]
     pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let p = to.p.as_dvec3();
         let height = self.height(p)?;
@@ -177,21 +150,34 @@ impl RectangleLight {
         ((way * inverse).as_vec3(), distance, solid_angle)
     }
 
-    /// [`sample`](Self::sample) for eight receivers, of those that see the rectangle from afar.
+    /// [`sample`](Self::sample) of the rectangle `of` each lane, for those receivers that are there and in `lanes`.
     #[inline(always)]
-    pub(super) fn sample_eight(&self, receivers: &Vectors, u: &[[f32; 2]; LANES]) -> EightSamples {
-        let mut samples = EightSamples { radiance: self.radiance, ..Default::default() };
+    pub(super) fn sample_eight<'a>(
+        of: impl Fn(usize) -> &'a Self,
+        to: &Receivers,
+        u: &[[f64; LANES]; 2],
+        lanes: [bool; LANES],
+    ) -> EightSamples {
+        let (mut samples, mut is_near) = (EightSamples::default(), [false; LANES]);
         for i in 0..LANES {
-            let receiver = receivers.get(i);
+            let (light, receiver) = (of(i), to.p.get(i));
             let p = receiver.as_dvec3();
-            let height = (p - self.corner).dot(self.normal);
-            let (wi, distance, solid_angle) = self.point(p, height, [f64::from(u[i][0]), f64::from(u[i][1])]);
+            let height = (p - light.corner).dot(light.normal);
+            let (wi, distance, solid_angle) = light.point(p, height, [u[0][i], u[1][i]]);
             samples.wi.set(i, wi);
             samples.t_max[i] = shadow_end(receiver, distance as f32);
-            let emits = (height > 0.0) | (self.both_sides & (height < 0.0));
-            samples.solid_angle[i] = if emits { solid_angle as f32 } else { 0.0 };
+            for (le, of_light) in samples.le_over_pdf.iter_mut().zip(light.radiance.to_array()) {
+                le[i] = of_light * solid_angle as f32;
+            }
             samples.pdf[i] = density(solid_angle);
-            samples.by_area[i] = (self.middle - p).length_squared() >= self.far_squared;
+            samples.shadow[i] = true;
+            samples.there[i] = lanes[i] & ((height > 0.0) | (light.both_sides & (height < 0.0)));
+            is_near[i] = samples.there[i] & ((light.middle - p).length_squared() < light.far_squared);
+        }
+        for i in 0..LANES {
+            if is_near[i] {
+                samples.put(i, of(i).sample(&to.get(i), [u[0][i], u[1][i]]));
+            }
         }
         samples
     }

@@ -1,6 +1,6 @@
 //! Choosing one of many lights by what it may contribute to a receiver.
 
-use super::Receiver;
+use super::{Receiver, Receivers};
 use super::bounds::{EightEmissions, Emission, LightBounds};
 use super::unit::below_one;
 use crate::core::lanes::{Floats, LANES};
@@ -36,6 +36,8 @@ struct Place {
 struct Node {
     /// Of the children; those beyond the last give nothing.
     emissions: EightEmissions,
+    /// How many there are.
+    children: usize,
     links: [Link; LANES],
     /// Where it is a child itself; `None` for the root.
     parent: Option<Place>,
@@ -56,6 +58,61 @@ impl Node {
         let importances = self.emissions.importances(to);
         (importances, importances.iter().sum())
     }
+
+    /// The child that each number of `choice` falls on for its receiver, each as in [`pick`].
+    #[inline(always)]
+    fn pick_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> EightPicked {
+        let mut importances = [Floats::default(); LANES];
+        let mut total = Floats::default();
+        for (child, importances) in importances.iter_mut().enumerate().take(self.children) {
+            *importances = self.emissions.importances_of(child, to);
+            for lane in 0..LANES {
+                total[lane] += importances[lane];
+            }
+        }
+        let mut picked = EightPicked::default();
+        let (mut at, mut before, mut sum) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            at[lane] = choice[lane] * f64::from(total[lane]);
+        }
+        let mut importance = [0.0; LANES];
+        for (child, importances) in (0..).zip(&importances[..self.children]) {
+            for lane in 0..LANES {
+                let this = f64::from(importances[lane]);
+                let falls = (this > 0.0) & (sum[lane] <= at[lane]);
+                picked.child[lane] = if falls { child } else { picked.child[lane] };
+                before[lane] = if falls { sum[lane] } else { before[lane] };
+                importance[lane] = if falls { this } else { importance[lane] };
+                sum[lane] += this;
+            }
+        }
+        for lane in 0..LANES {
+            picked.share[lane] = importance[lane] / f64::from(total[lane]);
+            picked.rest[lane] = below_one(((at[lane] - before[lane]) / importance[lane]).max(0.0));
+            picked.there[lane] = total[lane] > 0.0;
+        }
+        picked
+    }
+}
+
+/// What [`pick`] gives, for eight receivers.
+#[derive(Default)]
+struct EightPicked {
+    child: [u32; LANES],
+    share: [f64; LANES],
+    rest: [f64; LANES],
+    /// Whether there is a child that gives anything.
+    there: [bool; LANES],
+}
+
+/// The light that is chosen for each of eight receivers, if one is.
+#[derive(Default)]
+pub(super) struct EightChosen {
+    pub(super) light: [Option<u32>; LANES],
+    /// With what probability.
+    pub(super) probability: [f64; LANES],
+    /// What is left of each choice.
+    pub(super) rest: [f64; LANES],
 }
 
 /// The bounds of one or more leaves.
@@ -95,7 +152,8 @@ impl LightTree {
         let groups = eight_groups(leaves, depth);
         let node = self.nodes.len() as u32;
         let emissions = EightEmissions::new(groups.iter().map(|(_, group)| bounds_of(group).into()));
-        self.nodes.push(Node { emissions, links: [Link::Light(0); LANES], parent });
+        let children = groups.len();
+        self.nodes.push(Node { emissions, children, links: [Link::Light(0); LANES], parent });
         for (child, (depth, group)) in (0..).zip(groups) {
             let place = Place { node, child };
             self.nodes[node as usize].links[child as usize] = match *group {
@@ -127,14 +185,50 @@ impl LightTree {
         self.all.as_ref().map_or(0.0, |all| all.importance(to))
     }
 
-    /// A light, the probability of choosing it, and what is left of `choice`: uniform in `[0, 1)` again. `None` if no
-    /// light reaches the receiver.
+    /// The same for each of eight receivers.
     #[inline(always)]
-    pub(super) fn sample(&self, to: &Receiver, mut choice: f64) -> Option<(u32, f64, f64)> {
+    pub(super) fn importances(&self, to: &Receivers) -> Floats {
+        self.all.as_ref().map_or(Floats::default(), |all| all.importances(to))
+    }
+
+    /// A light for each receiver, the probability of choosing it, and what is left of the numbers `choice`: uniform in
+    /// `[0, 1)` again. None where no light reaches the receiver.
+    #[inline(always)]
+    pub(super) fn sample_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> EightChosen {
+        let mut chosen = EightChosen { probability: [1.0; LANES], rest: *choice, ..Default::default() };
         if let Some(only) = self.only {
-            return Some((only, 1.0, choice));
+            chosen.light = [Some(only); LANES];
         }
-        let (mut node, mut probability) = (self.nodes.first()?, 1.0);
+        let Some(root) = self.nodes.first() else { return chosen };
+        let picked = root.pick_eight(to, choice);
+        for lane in to.lanes().filter(|&lane| picked.there[lane]) {
+            let (probability, rest) = (picked.share[lane], picked.rest[lane]);
+            let below = match root.links[picked.child[lane] as usize] {
+                Link::Light(light) => Some((light, 1.0, rest)),
+                Link::Node(node) => self.sample_below(node, &to.get(lane), rest),
+            };
+            if let Some((light, share, rest)) = below {
+                chosen.light[lane] = Some(light);
+                (chosen.probability[lane], chosen.rest[lane]) = (probability * share, rest);
+            }
+        }
+        chosen
+    }
+
+    /// A light for one receiver: see [`sample_eight`](Self::sample_eight).
+    #[inline(always)]
+    pub(super) fn sample(&self, to: &Receiver, choice: f64) -> Option<(u32, f64, f64)> {
+        match self.only {
+            Some(only) => Some((only, 1.0, choice)),
+            None if self.nodes.is_empty() => None,
+            None => self.sample_below(0, to, choice),
+        }
+    }
+
+    /// A light below a node.
+    #[inline(always)]
+    fn sample_below(&self, node: u32, to: &Receiver, mut choice: f64) -> Option<(u32, f64, f64)> {
+        let (mut node, mut probability) = (&self.nodes[node as usize], 1.0);
         loop {
             let (importances, total) = node.importances(to);
             if total <= 0.0 {

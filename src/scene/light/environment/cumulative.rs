@@ -1,5 +1,7 @@
 //! Choosing in proportion to weights so that near numbers choose near things.
 
+use crate::core::prefetch;
+
 /// Running sums of rows of weights, inverted by a guided search.
 ///
 /// Source of the guide: Chen and Asau 1974, *On Generating Random Variates from an Empirical Distribution*.
@@ -46,16 +48,39 @@ impl Cumulative {
         (Self { width, sums: weights, steps, guide }, totals)
     }
 
-    /// The entry of `row` that `x` in `[0, 1)` falls into, and what is left of `x`: uniform in `[0, 1]` again.
-    #[inline]
-    pub(super) fn invert(&self, row: usize, x: f64) -> (usize, f64) {
+    /// Asks for what [`between`](Self::between) will read.
+    #[inline(always)]
+    pub(super) fn prefetch_guide(&self, row: usize, x: f64) {
+        prefetch(&self.guide[self.interval(row, x)]);
+    }
+
+    /// The first and the last entry of `row` that `x` in `[0, 1)` may fall into.
+    #[inline(always)]
+    pub(super) fn between(&self, row: usize, x: f64) -> [usize; 2] {
+        let interval = self.interval(row, x);
+        [self.guide[interval], self.guide[interval + 1]].map(|entry| entry as usize)
+    }
+
+    /// Asks for what [`find`](Self::find) will read.
+    #[inline(always)]
+    pub(super) fn prefetch_sums(&self, row: usize, [first, last]: [usize; 2]) {
+        prefetch(&self.sums[row * self.width + first]);
+        prefetch(&self.sums[row * self.width + (first + last) / 2]);
+    }
+
+    /// The entry of `row` that `x` falls into, which is one of these, and what is left of `x`: uniform in `[0, 1]` again.
+    #[inline(always)]
+    pub(super) fn find(&self, row: usize, [first, last]: [usize; 2], x: f64) -> (usize, f64) {
         let sums = &self.sums[row * self.width..][..self.width];
-        let step = ((x * self.steps as f64) as usize).min(self.steps - 1);
-        let guide = row * (self.steps + 1) + step;
-        let [first, last] = [self.guide[guide], self.guide[guide + 1]].map(|entry| entry as usize);
         let entry = first + sums[first..last].partition_point(|&sum| sum <= x);
         let before = if entry == 0 { 0.0 } else { sums[entry - 1] };
         (entry, ((x - before) / (sums[entry] - before)).clamp(0.0, 1.0))
+    }
+
+    /// Where the guide of `row` tells of `x`.
+    #[inline(always)]
+    fn interval(&self, row: usize, x: f64) -> usize {
+        row * (self.steps + 1) + ((x * self.steps as f64) as usize).min(self.steps - 1)
     }
 
     /// Bytes of the tables.
@@ -77,7 +102,7 @@ mod tests {
             assert!((totals[row] - total).abs() < 1e-12);
             for i in 0..10_000 {
                 let x = f64::from(i) / 10_000.0;
-                let (entry, rest) = table.invert(row, x);
+                let (entry, rest) = table.find(row, table.between(row, x), x);
                 let before: f64 = weights[..entry].iter().sum();
                 let back = (before + rest * weights[entry]) / total;
                 assert!((back - x).abs() < 1e-9 && (0.0..=1.0).contains(&rest), "{row} {x} {entry} {rest}");

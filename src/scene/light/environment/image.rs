@@ -1,8 +1,9 @@
 //! Environments from lat-long images.
 
-use super::super::Receiver;
+use super::super::{EightSamples, Receiver, Receivers};
 use super::cumulative::Cumulative;
-use crate::core::Rgb;
+use crate::core::lanes::{Floats, LANES};
+use crate::core::{Rgb, prefetch, warp};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -52,8 +53,8 @@ pub struct EnvironmentImage {
     pixels: Vec<Rgb>,
     /// Sine and cosine of the rotation.
     turn: [f32; 2],
-    /// Sine of the polar angle of each grid row: the zenith, the rows of pixels, the nadir.
-    sin_theta: Vec<f32>,
+    /// The zenith, the rows of pixels, the nadir.
+    grid: Vec<GridRow>,
     /// How directions are chosen for receivers that nothing else finds the light for.
     all: Table,
     /// How they are chosen where lobes look for light themselves: by what is brighter than the mean.
@@ -73,6 +74,59 @@ struct Table {
     norm: f64,
 }
 
+impl Table {
+    /// What its function is to be divided by for a density over solid angle, beside the sine of the polar angle.
+    #[inline(always)]
+    fn measure(&self) -> f64 {
+        // du dv = dw / (2 pi^2 sin theta).
+        self.norm * 2.0 * std::f64::consts::PI.powi(2)
+    }
+}
+
+/// Eight cells of four pixels each: upper left and right, lower left and right.
+#[derive(Default)]
+struct Cells {
+    /// The function that sampling follows, at the corners.
+    weights: [Floats; 4],
+    /// Radiance there, by channel.
+    le: [[Floats; 3]; 4],
+    /// How far down the image the upper and the lower edge are.
+    v: [Floats; 2],
+    /// Columns from the left.
+    column: Floats,
+    /// [`Table::measure`].
+    measure: [f64; LANES],
+}
+
+impl Cells {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, image: &EnvironmentImage, table: &Table, (row, column): (usize, usize)) {
+        let corners = image.corners(row, column);
+        let weights = image.by_sine(row, corners, table.level);
+        for (k, (le, weight)) in corners.as_flattened().iter().zip(weights.as_flattened()).enumerate() {
+            self.weights[k][lane] = *weight;
+            let le = le.to_array();
+            for channel in 0..3 {
+                self.le[k][channel][lane] = le[channel];
+            }
+        }
+        for k in 0..2 {
+            self.v[k][lane] = image.grid[row + k].v;
+        }
+        self.column[lane] = column as f32;
+        self.measure[lane] = table.measure();
+    }
+}
+
+/// A row of points at which radiance is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct GridRow {
+    /// How far down the image, from 0 to 1.
+    v: f32,
+    /// Sine of the polar angle.
+    sin_theta: f32,
+}
+
 /// A place between four grid points.
 #[derive(Clone, Copy)]
 struct Place {
@@ -86,7 +140,7 @@ struct Place {
 const POLE: f32 = 1e-6;
 
 /// Sum of the four, weighted bilinearly.
-#[inline]
+#[inline(always)]
 fn bilinear<T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(
     [top, bottom]: [[T; 2]; 2],
     [s, t]: [f32; 2],
@@ -96,7 +150,7 @@ fn bilinear<T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(
 }
 
 /// Inverts the integral of the linear function from `a` at 0 to `b` at 1, both at least 0.
-#[inline]
+#[inline(always)]
 fn invert_linear(x: f64, a: f32, b: f32) -> f32 {
     let (a, b) = (f64::from(a), f64::from(b));
     let end = a + (a * a + x * (b * b - a * a)).max(0.0).sqrt();
@@ -125,13 +179,16 @@ impl EnvironmentImage {
         }
         pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|v| v.max(0.0)));
         let (sin, cos) = rotation_deg.to_radians().sin_cos();
-        let sin_theta = (0..height + 2).map(|k| (PI * grid_row(k, height)).sin().max(0.0)).collect();
+        let grid = (0..height + 2).map(|k| {
+            let v = grid_row(k, height);
+            GridRow { v, sin_theta: (PI * v).sin().max(0.0) }
+        });
         let mut image = Self {
             width,
             height,
             pixels,
             turn: [sin, cos],
-            sin_theta,
+            grid: grid.collect(),
             all: Table::default(),
             bright: Table::default(),
         };
@@ -145,10 +202,10 @@ impl EnvironmentImage {
         self.bright.norm == 0.0
     }
 
-    /// The table for a receiver.
-    #[inline]
-    fn table(&self, to: &Receiver) -> &Table {
-        if to.lobes_look { &self.bright } else { &self.all }
+    /// The table for receivers whose [lobes look](Receiver::lobes_look) for light or do not.
+    #[inline(always)]
+    fn table(&self, lobes_look: bool) -> &Table {
+        if lobes_look { &self.bright } else { &self.all }
     }
 
     /// Sums up the luminance above `level`.
@@ -163,7 +220,7 @@ impl EnvironmentImage {
         }
         let (columns, mut rows) = Cumulative::new(weights, width);
         for (row, weight) in rows.iter_mut().enumerate() {
-            *weight *= f64::from(grid_row(row + 1, height) - grid_row(row, height)) / width as f64;
+            *weight *= f64::from(self.grid[row + 1].v - self.grid[row].v) / width as f64;
         }
         let (rows, total) = Cumulative::new(rows, height + 1);
         Table { level, rows, columns, norm: total[0] }
@@ -171,16 +228,16 @@ impl EnvironmentImage {
 
     /// The pixel at grid row `k` (0 and `height + 1` are the poles), column `i` (may be `width`: the first again).
     #[inline]
-    fn pixel(&self, k: usize, i: usize) -> Rgb {
+    fn pixel(&self, k: usize, i: usize) -> &Rgb {
         let y = k.clamp(1, self.height) - 1;
         let x = if i == self.width { 0 } else { i };
-        self.pixels[y * self.width + x]
+        &self.pixels[y * self.width + x]
     }
 
     /// Radiance at the four corners of a cell.
     #[inline]
     fn corners(&self, row: usize, column: usize) -> [[Rgb; 2]; 2] {
-        [row, row + 1].map(|k| [column, column + 1].map(|i| self.pixel(k, i)))
+        [row, row + 1].map(|k| [column, column + 1].map(|i| *self.pixel(k, i)))
     }
 
     /// The function that sampling follows, at the four corners of a cell.
@@ -194,8 +251,8 @@ impl EnvironmentImage {
     fn by_sine(&self, row: usize, [top, bottom]: [[Rgb; 2]; 2], level: f32) -> [[f32; 2]; 2] {
         let above = |pixel: Rgb| (pixel.luminance() - level).max(0.0);
         [
-            top.map(|pixel| above(pixel) * self.sin_theta[row]),
-            bottom.map(|pixel| above(pixel) * self.sin_theta[row + 1]),
+            top.map(|pixel| above(pixel) * self.grid[row].sin_theta),
+            bottom.map(|pixel| above(pixel) * self.grid[row + 1].sin_theta),
         ]
     }
 
@@ -211,7 +268,7 @@ impl EnvironmentImage {
         let column = (s as usize).min(self.width - 1);
         let v = sin_theta.atan2(wi.y) * FRAC_1_PI;
         let row = ((v * self.height as f32 + 0.5) as usize).min(self.height);
-        let [above, below] = [row, row + 1].map(|k| grid_row(k, self.height));
+        let [above, below] = [row, row + 1].map(|k| self.grid[k].v);
         let t = (v - above) / (below - above);
         (Place { row, column, at: [s - column as f32, t].map(|x| x.clamp(0.0, 1.0)) }, sin_theta)
     }
@@ -223,11 +280,11 @@ impl EnvironmentImage {
         bilinear(self.corners(row, column), at)
     }
 
-    /// The density of [`sample`](Self::sample) over solid angle.
+    /// The density of [`sample_eight`](Self::sample_eight) over solid angle.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         let (place, sin_theta) = self.place(wi);
-        self.density(self.table(to), self.corners(place.row, place.column), place, sin_theta)
+        self.density(self.table(to.lobes_look), self.corners(place.row, place.column), place, sin_theta)
     }
 
     /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
@@ -235,45 +292,88 @@ impl EnvironmentImage {
     pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
         let (place, sin_theta) = self.place(wi);
         let corners = self.corners(place.row, place.column);
-        (bilinear(corners, place.at), self.density(self.table(to), corners, place, sin_theta))
+        (bilinear(corners, place.at), self.density(self.table(to.lobes_look), corners, place, sin_theta))
     }
 
     #[inline]
     fn density(&self, table: &Table, corners: [[Rgb; 2]; 2], place: Place, sin_theta: f32) -> f32 {
         let value = f64::from(bilinear(self.by_sine(place.row, corners, table.level), place.at));
-        // du dv = dw / (2 pi^2 sin theta).
-        (value / (table.norm * 2.0 * std::f64::consts::PI.powi(2) * f64::from(sin_theta))) as f32
+        (value / (table.measure() * f64::from(sin_theta))) as f32
     }
 
-    /// A direction by luminance, the radiance from there, and the density of the direction over solid angle.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, [x, y]: [f64; 2]) -> (Vec3, Rgb, f32) {
-        let table = self.table(to);
-        let (row, y) = table.rows.invert(0, y);
-        let (column, x) = table.columns.invert(row, x);
+    /// Directions by luminance for the receivers in `lanes`, the radiance from there, and the density over solid angle.
+    ///
+    /// Each step for all of them before the next, so that they wait for memory together.
+    #[inline(always)]
+    pub(super) fn sample_eight(
+        &self,
+        to: &Receivers,
+        u: &[[f64; LANES]; 2],
+        lanes: [bool; LANES],
+    ) -> EightSamples {
+        let table = |lane: usize| self.table(to.lobes_look[lane]);
+        let lanes = || (0..LANES).filter(move |&lane| lanes[lane]);
+        let (mut row, mut column, mut between) = ([0; LANES], [0; LANES], [[0; 2]; LANES]);
+        let mut rest = [[0.0; LANES]; 2];
+        for i in lanes() {
+            let rows = &table(i).rows;
+            (row[i], rest[1][i]) = rows.find(0, rows.between(0, u[1][i]), u[1][i]);
+            table(i).columns.prefetch_guide(row[i], u[0][i]);
+        }
+        for i in lanes() {
+            between[i] = table(i).columns.between(row[i], u[0][i]);
+            table(i).columns.prefetch_sums(row[i], between[i]);
+        }
+        for i in lanes() {
+            (column[i], rest[0][i]) = table(i).columns.find(row[i], between[i], u[0][i]);
+            for k in [row[i], row[i] + 1] {
+                prefetch(self.pixel(k, column[i]));
+            }
+        }
+        let mut cells = Cells::default();
+        for i in lanes() {
+            cells.set(i, self, table(i), (row[i], column[i]));
+        }
+        self.directions(&cells, &rest)
+    }
 
-        // Within the cell: the height by the sums of both sides, then along the line.
-        let corners = self.corners(row, column);
-        let [[a, b], [c, d]] = self.by_sine(row, corners, table.level);
-        let t = invert_linear(y, a + b, c + d);
-        let s = invert_linear(x, a + (c - a) * t, b + (d - b) * t);
-
-        let [above, below] = [row, row + 1].map(|k| grid_row(k, self.height));
-        let (sin_theta, cos_theta) = (PI * (above + t * (below - above))).sin_cos();
-        let (sin_phi, cos_phi) = (TAU * ((column as f32 + 0.5 + s) / self.width as f32)).sin_cos();
-        let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
+    /// Directions within cells, by two numbers each.
+    #[inline(always)]
+    fn directions(&self, cells: &Cells, [x, y]: &[[f64; LANES]; 2]) -> EightSamples {
+        let mut samples = EightSamples::default();
         let [sin, cos] = self.turn;
-        let wi = Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize();
-        let place = Place { row, column, at: [s, t] };
-        (wi, bilinear(corners, place.at), self.density(table, corners, place, sin_theta.max(POLE)))
+        for i in 0..LANES {
+            // Within the cell: the height by the sums of both sides, then along the line.
+            let [a, b, c, d] = cells.weights.map(|w| w[i]);
+            let t = invert_linear(y[i], a + b, c + d);
+            let s = invert_linear(x[i], a + (c - a) * t, b + (d - b) * t);
+
+            let v = cells.v[0][i] + t * (cells.v[1][i] - cells.v[0][i]);
+            let (cos_theta, sin_theta) = warp::unit_vector(0.5 * v).into();
+            let (cos_phi, sin_phi) = warp::unit_vector((cells.column[i] + 0.5 + s) / self.width as f32).into();
+            let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
+            samples.wi.set(i, Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize());
+
+            let density = f64::from(bilinear([[a, b], [c, d]], [s, t]))
+                / (cells.measure[i] * f64::from(if sin_theta > POLE { sin_theta } else { POLE }));
+            samples.pdf[i] = density as f32;
+            samples.t_max[i] = f32::INFINITY;
+            samples.shadow[i] = true;
+            samples.there[i] = samples.pdf[i] > 0.0;
+            for channel in 0..3 {
+                let [a, b, c, d] = cells.le.map(|le| le[channel][i]);
+                samples.le_over_pdf[channel][i] = bilinear([[a, b], [c, d]], [s, t]) / samples.pdf[i];
+            }
+        }
+        samples
     }
 
     /// Mean radiance of all directions.
     pub(super) fn mean(&self) -> Rgb {
         let mut sum = [0.0f64; 3];
         let mut weights = 0.0;
-        for (row, sin) in self.pixels.chunks_exact(self.width).zip(&self.sin_theta[1..]) {
-            let sin = f64::from(*sin);
+        for (row, sin) in self.pixels.chunks_exact(self.width).zip(&self.grid[1..]) {
+            let sin = f64::from(sin.sin_theta);
             weights += sin * self.width as f64;
             for pixel in row {
                 let pixel = pixel.to_array();

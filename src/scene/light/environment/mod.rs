@@ -11,8 +11,9 @@ pub use image::{EnvironmentImage, EnvironmentImageError};
 pub use studio::{Softbox, Studio};
 
 use super::unit::narrow;
-use super::{LightSample, Receiver};
+use super::{EightSamples, LightSample, Receiver, Receivers};
 use crate::core::Rgb;
+use crate::core::lanes::LANES;
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -97,19 +98,37 @@ impl Environment {
         mean * PI
     }
 
-    /// A direction with its radiance; `None` where there is none. `u` is in `[0, 1)`.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        let along = |wi| (wi, self.le(wi), self.pdf(to, wi));
-        let (wi, le, pdf) = match self {
-            Self::Constant(_) | Self::Gradient(_) => along(broad::sample(to.n, narrow(u))),
-            Self::Studio(studio) => along(studio.sample(to, u)),
-            Self::Image(image) => image.sample(to, u),
+    /// A direction with its radiance for the receivers in `lanes`; none where there is none. `u` is in `[0, 1)`.
+    #[inline(always)]
+    pub(super) fn sample_eight(
+        &self,
+        to: &Receivers,
+        u: &[[f64; LANES]; 2],
+        lanes: [bool; LANES],
+    ) -> EightSamples {
+        if let Self::Image(image) = self {
+            return image.sample_eight(to, u, lanes);
+        }
+        let mut samples = EightSamples::default();
+        for lane in 0..LANES {
+            if lanes[lane] {
+                samples.put(lane, self.sample(&to.get(lane), [u[0][lane], u[1][lane]]));
+            }
+        }
+        samples
+    }
+
+    /// The same for one receiver, of what is no image.
+    fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
+        let wi = match self {
+            Self::Studio(studio) => studio.sample(to, u),
+            _ => broad::sample(to.n, narrow(u)),
         };
+        let pdf = self.pdf(to, wi);
         (pdf > 0.0).then(|| LightSample {
             wi,
             t_max: f32::INFINITY,
-            le_over_pdf: le / pdf,
+            le_over_pdf: self.le(wi) / pdf,
             pdf,
             shadow: true,
         })
@@ -124,7 +143,7 @@ impl Environment {
         }
     }
 
-    /// The density of [`sample`](Self::sample) at `wi` over solid angle.
+    /// The density of [`sample_eight`](Self::sample_eight) at `wi` over solid angle.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         match self {

@@ -1,0 +1,121 @@
+//! Eight receivers side by side, and what eight lights send to them.
+
+use super::{LightSample, Receiver};
+use crate::core::Rgb;
+use crate::core::lanes::{Floats, LANES, Vectors};
+
+/// Up to eight places where light is wanted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Receivers {
+    /// The points.
+    pub(super) p: Vectors,
+    /// Their shading normals.
+    pub(super) n: Vectors,
+    /// See [`Receiver::lobes_look`].
+    pub(super) lobes_look: [bool; LANES],
+    /// In which lanes there is one.
+    pub(super) there: [bool; LANES],
+}
+
+impl Receivers {
+    /// Puts one into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, to: &Receiver) {
+        self.p.set(lane, to.p);
+        self.n.set(lane, to.n);
+        self.lobes_look[lane] = to.lobes_look;
+        self.there[lane] = true;
+    }
+
+    /// What is in a lane; of no use where there is none.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Receiver {
+        Receiver { p: self.p.get(lane), n: self.n.get(lane), lobes_look: self.lobes_look[lane] }
+    }
+
+    /// The lanes with a receiver.
+    #[inline(always)]
+    pub(super) fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
+        let there = self.there;
+        (0..LANES).filter(move |&lane| there[lane])
+    }
+
+    /// Whether there is none.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        !self.there.contains(&true)
+    }
+}
+
+/// A light's sample for each of eight receivers, where there is one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct EightSamples {
+    pub(super) wi: Vectors,
+    pub(super) t_max: Floats,
+    pub(super) le_over_pdf: [Floats; 3],
+    pub(super) pdf: Floats,
+    pub(super) shadow: [bool; LANES],
+    pub(super) there: [bool; LANES],
+}
+
+impl EightSamples {
+    /// Puts one into a lane, if it is one.
+    #[inline(always)]
+    pub(super) fn put(&mut self, lane: usize, sample: Option<LightSample>) {
+        self.there[lane] = sample.is_some();
+        let Some(sample) = sample else { return };
+        self.wi.set(lane, sample.wi);
+        self.t_max[lane] = sample.t_max;
+        let le = sample.le_over_pdf.to_array();
+        for c in 0..3 {
+            self.le_over_pdf[c][lane] = le[c];
+        }
+        self.pdf[lane] = sample.pdf;
+        self.shadow[lane] = sample.shadow;
+    }
+
+    /// The sample in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Option<LightSample> {
+        let [r, g, b] = self.le_over_pdf;
+        self.there[lane].then(|| LightSample {
+            wi: self.wi.get(lane),
+            t_max: self.t_max[lane],
+            le_over_pdf: Rgb::new(r[lane], g[lane], b[lane]),
+            pdf: self.pdf[lane],
+            shadow: self.shadow[lane],
+        })
+    }
+
+    /// Takes over what others are in some `lanes`.
+    #[inline(always)]
+    pub(super) fn take(&mut self, others: &Self, lanes: [bool; LANES]) {
+        for lane in 0..LANES {
+            let taken = lanes[lane];
+            self.wi.set(lane, if taken { others.wi.get(lane) } else { self.wi.get(lane) });
+            self.t_max[lane] = if taken { others.t_max[lane] } else { self.t_max[lane] };
+            for (le, other) in self.le_over_pdf.iter_mut().zip(&others.le_over_pdf) {
+                le[lane] = if taken { other[lane] } else { le[lane] };
+            }
+            self.pdf[lane] = if taken { others.pdf[lane] } else { self.pdf[lane] };
+            self.shadow[lane] = if taken { others.shadow[lane] } else { self.shadow[lane] };
+            self.there[lane] = if taken { others.there[lane] } else { self.there[lane] };
+        }
+    }
+
+    /// Takes the `probability` into account with which each lane's light was chosen, and leaves out what sends no light.
+    #[inline(always)]
+    pub(super) fn chosen_with(&mut self, probability: &[f64; LANES]) {
+        for lane in 0..LANES {
+            let probability = probability[lane] as f32;
+            let (mut finite, mut black) = (true, true);
+            for le in &mut self.le_over_pdf {
+                le[lane] /= probability;
+                finite &= le[lane].is_finite();
+                black &= le[lane] == 0.0;
+            }
+            self.pdf[lane] *= probability;
+            self.there[lane] &= finite & !black;
+        }
+    }
+}
