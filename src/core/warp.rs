@@ -26,6 +26,30 @@ pub fn unit_vector(turns: f32) -> Vec2 {
     if quarter & 2 == 0 { v } else { -v }
 }
 
+/// The angle of a vector of any length but zero, in turns from x over y: in `[0, 1]`, to 6e-8.
+///
+/// The polynomial is that of `atanf` in Moshier's *Cephes Mathematical Library*.
+#[inline(always)]
+pub fn turns(v: Vec2) -> f32 {
+    let (x, y) = (v.x.abs(), v.y.abs());
+    let (far, near) = if y > x { (y, x) } else { (x, y) };
+    // Within an eighth of a turn of the axis, of which the outer half is seen from the diagonal.
+    let is_outer = near > far * TAN_PI_8;
+    let (rise, run) = if is_outer { (near - far, near + far) } else { (near, far) };
+    let t = rise / run;
+    let tt = t * t;
+    let arc = t + t
+        * tt
+        * (-3.333_294_9e-1 + tt * (1.997_771_1e-1 + tt * (-1.387_768_6e-1 + tt * 8.053_744_5e-2)));
+    let eighth = arc * (0.5 * FRAC_1_PI) + if is_outer { 0.125 } else { 0.0 };
+    let quarter = if y > x { 0.25 - eighth } else { eighth };
+    let half = if v.x < 0.0 { 0.5 - quarter } else { quarter };
+    if v.y < 0.0 { 1.0 - half } else { half }
+}
+
+/// Tangent of a sixteenth of a turn.
+const TAN_PI_8: f32 = 0.414_213_57;
+
 /// A point of the unit disk, uniform by area, with little distortion.
 ///
 /// Source: Shirley and Chiu 1997, *A Low Distortion Map Between Disk and Square*.
@@ -78,6 +102,19 @@ pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turns_are_those_of_the_arc_tangent_to_the_last_bit_but_one() {
+        for i in 0..1 << 20 {
+            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(1 << 20);
+            let v = Vec2::new(angle.cos() as f32, angle.sin() as f32);
+            let expected = f64::from(v.y).atan2(f64::from(v.x)) / std::f64::consts::TAU;
+            let error = (f64::from(turns(v)) - expected).rem_euclid(1.0);
+            assert!(error.min(1.0 - error) < 6e-8, "{v}: {error}");
+        }
+        let along = [(1.0, 0.0), (1.0, -0.0), (0.0, 3.0), (-1e-30, 0.0), (-0.0, -1.0), (1e30, 1e30)];
+        assert_eq!(along.map(|(x, y)| turns(Vec2::new(x, y))), [0.0, 0.0, 0.25, 0.5, 0.75, 0.125]);
+    }
 
     #[test]
     fn unit_vectors_have_the_angle_to_two_roundings() {

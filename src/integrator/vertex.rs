@@ -10,7 +10,8 @@ use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
 use crate::bxdf::Bsdf;
 use crate::core::{Hit, Ray, Rgb};
-use crate::scene::LightSample;
+use crate::core::lanes::{LANES, Vectors};
+use crate::scene::{LightSample, Receivers};
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
@@ -54,10 +55,23 @@ pub(super) struct Seen<'a> {
 }
 
 impl Integrator<'_> {
-    /// What a ray sees that hits nothing.
+    /// What the first `count` of eight rays see that hit nothing: the environment.
     #[inline(always)]
-    pub(super) fn miss(&self, path: &Path, ray: &Ray) -> Rgb {
-        self.bounded(path.beta * self.environment_seen(path, ray), path.depth)
+    pub(super) fn miss(&self, rays: [(&Path, &Ray); LANES], count: usize, out: &mut Outgoing) {
+        if self.scene.lights.environment.is_none() {
+            return;
+        }
+        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
+        for (lane, (path, ray)) in rays.iter().enumerate().take(count) {
+            receivers.set(lane, &path.receiver(ray.origin));
+            directions.set(lane, ray.dir);
+        }
+        let ([r, g, b], pdf) = self.scene.lights.environment_and_pdf(&receivers, &directions);
+        for (lane, (path, _)) in rays.iter().enumerate().take(count) {
+            let le = Rgb::new(r[lane], g[lane], b[lane]);
+            let seen = le * self.found_weight(path, || pdf[lane]);
+            out.add(path, self.bounded(path.beta * seen, path.depth));
+        }
     }
 
     /// What a ray sees that hits: light of the surface's own. Gives back the lobes of a surface that reflects, and plans

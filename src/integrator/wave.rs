@@ -259,6 +259,7 @@ impl<'a> Integrator<'a> {
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
         let mut out = Outgoing { roots, next, waiting, shadows, trails, tally };
         let mut next = 0;
+        let (mut missed, mut misses) = ([0; LANES], 0);
         while next < hits.len() {
             // The next eight hits, and misses on the way to them.
             let (mut group, mut found) = ([0; LANES], 0);
@@ -267,13 +268,20 @@ impl<'a> Integrator<'a> {
                     group[found] = next;
                     found += 1;
                 } else {
-                    let path = &paths[next];
-                    out.add(path, self.miss(path, &rays[next]));
+                    missed[misses] = next;
+                    misses += 1;
+                    if misses == LANES {
+                        self.miss(missed.map(|i| (&paths[i], &rays[i])), misses, &mut out);
+                        misses = 0;
+                    }
                 }
                 next += 1;
             }
             self.scene.prefetch(&hits[next..]);
-            self.shade_group(&group[..found], paths, rays, hits, &mut out);
+            self.shade_group(group, found, paths, rays, hits, &mut out);
+        }
+        if misses > 0 {
+            self.miss(missed.map(|i| (&paths[i], &rays[i])), misses, &mut out);
         }
     }
 
@@ -281,32 +289,37 @@ impl<'a> Integrator<'a> {
     #[inline(always)]
     fn shade_group(
         &self,
-        group: &[usize],
+        mut group: [usize; LANES],
+        found: usize,
         paths: &[Path],
         rays: &[Ray],
         hits: &[Option<Hit>],
         out: &mut Outgoing,
     ) {
-        let Some(&first) = group.first() else { return };
+        if found == 0 {
+            return;
+        }
         // Lanes without a hit of their own repeat the first.
-        let mut lanes = [first; LANES];
-        lanes[..group.len()].copy_from_slice(group);
+        let first = group[0];
+        for lane in 0..LANES {
+            group[lane] = if lane < found { group[lane] } else { first };
+        }
         let hit = |i: usize| hits[i].as_ref().expect("a group is of hits");
-        let (mut found, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
+        let (mut seen, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
         let mut samplers = [*out.roots.sampler(paths[first].slot); LANES];
-        for (lane, i) in lanes.into_iter().enumerate() {
-            found[lane] = (&rays[i], hit(i));
+        for (lane, i) in group.into_iter().enumerate() {
+            seen[lane] = (&rays[i], hit(i));
             from[lane] = &paths[i];
             samplers[lane] = *out.roots.sampler(paths[i].slot);
         }
-        let points = self.scene.interactions(found);
+        let points = self.scene.interactions(seen);
         let eight = self.draw_eight(&points, from, samplers);
         let drawn = |lane: usize| Lane { eight: &eight, lane };
 
         let (mut here, mut leaving) = ([const { None }; LANES], [Leaving::default(); LANES]);
         let mut bsdfs = [None; LANES];
-        for ((lane, here), leaving) in (0..group.len()).zip(&mut here).zip(&mut leaving) {
-            let (ray, hit) = found[lane];
+        for ((lane, here), leaving) in (0..found).zip(&mut here).zip(&mut leaving) {
+            let (ray, hit) = seen[lane];
             bsdfs[lane] = self.look_at(&Seen { ray, hit, drawn: drawn(lane) }, here, leaving, out);
         }
         let mut lights = EightSamples::default();

@@ -5,8 +5,8 @@ use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::unit::below_one;
 use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight};
-use crate::core::lanes::{Floats, LANES};
-use crate::core::{Rgb, sampler};
+use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::sampler;
 use glam::Vec3;
 
 /// All lights of a scene and how one is chosen.
@@ -187,24 +187,30 @@ impl Lights {
         probability as f32 * self.lights[hit.light as usize].pdf(to, hit)
     }
 
-    /// Radiance from the environment along `wi`, and the density with which [`sample`](Self::sample) goes there.
-    #[inline]
-    pub fn environment_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
-        match &self.environment {
-            Some(environment) if self.far(to.lobes_look).has_environment() => {
-                let probability = (1.0 - self.near_share(to)) * self.far(to.lobes_look).probability(to, 0);
-                let (le, pdf) = environment.le_and_pdf(to, wi);
-                (le, probability as f32 * pdf)
-            }
-            Some(environment) => (environment.le(wi), 0.0),
-            None => (Rgb::BLACK, 0.0),
+    /// Radiance from the environment along eight directions, by channel, and the density with which
+    /// [`sample_eight`](Self::sample_eight) goes there.
+    #[inline(always)]
+    pub fn environment_and_pdf(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
+        let Some(environment) = &self.environment else { return Default::default() };
+        let (le, mut pdf) = environment.le_and_pdf_eight(to, wi);
+        let near_share = self.near_shares(to);
+        for lane in to.lanes() {
+            let far = self.far(to.lobes_look[lane]);
+            pdf[lane] *= if far.has_environment() {
+                ((1.0 - near_share[lane]) * far.probability(&to.get(lane), 0)) as f32
+            } else {
+                0.0
+            };
         }
+        (le, pdf)
     }
 
-    /// The second of [`environment_and_pdf`](Self::environment_and_pdf).
-    #[inline]
+    /// The second of [`environment_and_pdf`](Self::environment_and_pdf) for one direction.
     pub fn pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
-        self.environment_and_pdf(to, wi).1
+        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
+        receivers.set(0, to);
+        directions.set(0, wi);
+        self.environment_and_pdf(&receivers, &directions).1[0]
     }
 
     /// Which light for each receiver, with what probability, and `u` with what is left of the first for the light.

@@ -1,11 +1,11 @@
 //! Environments from lat-long images.
 
-use super::super::{EightSamples, Receiver, Receivers};
+use super::super::{EightSamples, Receivers};
 use super::cumulative::Cumulative;
-use crate::core::lanes::{Floats, LANES};
+use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Rgb, prefetch, warp};
-use glam::Vec3;
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
 
 /// Why pixels make no environment.
 #[derive(Debug, thiserror::Error, PartialEq)]
@@ -116,6 +116,23 @@ impl Cells {
         self.column[lane] = column as f32;
         self.measure[lane] = table.measure();
     }
+
+    /// Radiance by channel and the density of sampling at places in the cells where the polar angle has these sines.
+    #[inline(always)]
+    fn le_and_pdf(&self, at: &[Floats; 2], sin_theta: &Floats) -> ([Floats; 3], Floats) {
+        let (mut le, mut pdf) = ([Floats::default(); 3], Floats::default());
+        for i in 0..LANES {
+            let at = [at[0][i], at[1][i]];
+            let mix = |[a, b, c, d]: [&Floats; 4]| bilinear([[a[i], b[i]], [c[i], d[i]]], at);
+            pdf[i] = (f64::from(mix(self.weights.each_ref()))
+                / (self.measure[i] * f64::from(sin_theta[i]))) as f32;
+            for (channel, le) in le.iter_mut().enumerate() {
+                let [a, b, c, d] = &self.le;
+                le[i] = mix([&a[channel], &b[channel], &c[channel], &d[channel]]);
+            }
+        }
+        (le, pdf)
+    }
 }
 
 /// A row of points at which radiance is given.
@@ -202,7 +219,7 @@ impl EnvironmentImage {
         self.bright.norm == 0.0
     }
 
-    /// The table for receivers whose [lobes look](Receiver::lobes_look) for light or do not.
+    /// The table for receivers whose [lobes look](super::super::Receiver::lobes_look) for light or do not.
     #[inline(always)]
     fn table(&self, lobes_look: bool) -> &Table {
         if lobes_look { &self.bright } else { &self.all }
@@ -256,49 +273,58 @@ impl EnvironmentImage {
         ]
     }
 
-    /// Where a direction looks up the image, and the sine of its polar angle.
-    #[inline]
-    fn place(&self, wi: Vec3) -> (Place, f32) {
+    /// Where a direction looks up the image: in cells from the left, and down as a fraction; and the sine of its polar angle.
+    #[inline(always)]
+    fn look_up(&self, wi: Vec3) -> (f32, f32, f32) {
         let [sin, cos] = self.turn;
         let (x, z) = (cos * wi.x - sin * wi.z, sin * wi.x + cos * wi.z);
-        let sin_theta = (x * x + z * z).sqrt().max(POLE);
+        let length = (x * x + z * z).sqrt();
+        let sin_theta = if length > POLE { length } else { POLE };
         // Cell columns start at the middle of the first pixel.
-        let s = (x.atan2(-z) * (1.0 / TAU)).rem_euclid(1.0) * self.width as f32 - 0.5;
-        let s = if s < 0.0 { s + self.width as f32 } else { s };
+        let width = self.width as f32;
+        let s = warp::turns(Vec2::new(-z, x)) * width - 0.5;
+        (if s < 0.0 { s + width } else { s }, 2.0 * warp::turns(Vec2::new(wi.y, sin_theta)), sin_theta)
+    }
+
+    /// The place that [`look_up`](Self::look_up) tells of.
+    #[inline(always)]
+    fn place(&self, s: f32, v: f32) -> Place {
         let column = (s as usize).min(self.width - 1);
-        let v = sin_theta.atan2(wi.y) * FRAC_1_PI;
         let row = ((v * self.height as f32 + 0.5) as usize).min(self.height);
-        let [above, below] = [row, row + 1].map(|k| self.grid[k].v);
+        let [above, below] = [self.grid[row].v, self.grid[row + 1].v];
         let t = (v - above) / (below - above);
-        (Place { row, column, at: [s - column as f32, t].map(|x| x.clamp(0.0, 1.0)) }, sin_theta)
+        Place { row, column, at: [(s - column as f32).clamp(0.0, 1.0), t.clamp(0.0, 1.0)] }
     }
 
     /// Radiance from the unit direction `wi`.
     #[inline]
     pub fn le(&self, wi: Vec3) -> Rgb {
-        let (Place { row, column, at }, _) = self.place(wi);
+        let (s, v, _) = self.look_up(wi);
+        let Place { row, column, at } = self.place(s, v);
         bilinear(self.corners(row, column), at)
     }
 
-    /// The density of [`sample_eight`](Self::sample_eight) over solid angle.
-    #[inline]
-    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
-        let (place, sin_theta) = self.place(wi);
-        self.density(self.table(to.lobes_look), self.corners(place.row, place.column), place, sin_theta)
-    }
-
-    /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
-    #[inline]
-    pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
-        let (place, sin_theta) = self.place(wi);
-        let corners = self.corners(place.row, place.column);
-        (bilinear(corners, place.at), self.density(self.table(to.lobes_look), corners, place, sin_theta))
-    }
-
-    #[inline]
-    fn density(&self, table: &Table, corners: [[Rgb; 2]; 2], place: Place, sin_theta: f32) -> f32 {
-        let value = f64::from(bilinear(self.by_sine(place.row, corners, table.level), place.at));
-        (value / (table.measure() * f64::from(sin_theta))) as f32
+    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there.
+    #[inline(always)]
+    pub(super) fn le_and_pdf_eight(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
+        let [mut s, mut v, mut sin_theta] = [Floats::default(); 3];
+        for i in 0..LANES {
+            (s[i], v[i], sin_theta[i]) = self.look_up(wi.get(i));
+        }
+        let (mut cells, mut at) = (Cells::default(), [Floats::default(); 2]);
+        let mut places = [Place { row: 0, column: 0, at: [0.0; 2] }; LANES];
+        for i in to.lanes() {
+            places[i] = self.place(s[i], v[i]);
+            for k in [places[i].row, places[i].row + 1] {
+                prefetch(self.pixel(k, places[i].column));
+            }
+        }
+        for i in to.lanes() {
+            let Place { row, column, at: [s, t] } = places[i];
+            cells.set(i, self, self.table(to.lobes_look[i]), (row, column));
+            (at[0][i], at[1][i]) = (s, t);
+        }
+        cells.le_and_pdf(&at, &sin_theta)
     }
 
     /// Directions by luminance for the receivers in `lanes`, the radiance from there, and the density over solid angle.
@@ -340,7 +366,8 @@ impl EnvironmentImage {
     /// Directions within cells, by two numbers each.
     #[inline(always)]
     fn directions(&self, cells: &Cells, [x, y]: &[[f64; LANES]; 2]) -> EightSamples {
-        let mut samples = EightSamples::default();
+        let (mut samples, mut at, mut sines) =
+            (EightSamples::default(), [Floats::default(); 2], Floats::default());
         let [sin, cos] = self.turn;
         for i in 0..LANES {
             // Within the cell: the height by the sums of both sides, then along the line.
@@ -354,18 +381,16 @@ impl EnvironmentImage {
             let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
             samples.wi.set(i, Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize());
 
-            let density = f64::from(bilinear([[a, b], [c, d]], [s, t]))
-                / (cells.measure[i] * f64::from(if sin_theta > POLE { sin_theta } else { POLE }));
-            samples.pdf[i] = density as f32;
-            samples.t_max[i] = f32::INFINITY;
-            samples.shadow[i] = true;
-            samples.there[i] = samples.pdf[i] > 0.0;
-            for channel in 0..3 {
-                let [a, b, c, d] = cells.le.map(|le| le[channel][i]);
-                samples.le_over_pdf[channel][i] = bilinear([[a, b], [c, d]], [s, t]) / samples.pdf[i];
-            }
+            (at[0][i], at[1][i], sines[i]) = (s, t, if sin_theta > POLE { sin_theta } else { POLE });
         }
-        samples
+        let (le, pdf) = cells.le_and_pdf(&at, &sines);
+        for i in 0..LANES {
+            for channel in 0..3 {
+                samples.le_over_pdf[channel][i] = le[channel][i] / pdf[i];
+            }
+            samples.there[i] = pdf[i] > 0.0;
+        }
+        EightSamples { pdf, t_max: [f32::INFINITY; LANES], shadow: [true; LANES], ..samples }
     }
 
     /// Mean radiance of all directions.

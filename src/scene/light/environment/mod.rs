@@ -13,7 +13,7 @@ pub use studio::{Softbox, Studio};
 use super::unit::narrow;
 use super::{EightSamples, LightSample, Receiver, Receivers};
 use crate::core::Rgb;
-use crate::core::lanes::LANES;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -134,22 +134,26 @@ impl Environment {
         })
     }
 
-    /// Both [`le`](Self::le) and [`pdf`](Self::pdf).
-    #[inline]
-    pub(super) fn le_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
-        match self {
-            Self::Image(image) => image.le_and_pdf(to, wi),
-            _ => (self.le(wi), self.pdf(to, wi)),
+    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there.
+    #[inline(always)]
+    pub(super) fn le_and_pdf_eight(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
+        if let Self::Image(image) = self {
+            return image.le_and_pdf_eight(to, wi);
         }
+        let (mut le, mut pdf) = ([Floats::default(); 3], Floats::default());
+        for lane in to.lanes() {
+            [le[0][lane], le[1][lane], le[2][lane]] = self.le(wi.get(lane)).to_array();
+            pdf[lane] = self.pdf(&to.get(lane), wi.get(lane));
+        }
+        (le, pdf)
     }
 
-    /// The density of [`sample_eight`](Self::sample_eight) at `wi` over solid angle.
+    /// The density at `wi` over solid angle, of what is no image.
     #[inline]
-    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
+    fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         match self {
-            Self::Constant(_) | Self::Gradient(_) => broad::pdf(to.n, wi),
             Self::Studio(studio) => studio.pdf(to, wi),
-            Self::Image(image) => image.pdf(to, wi),
+            _ => broad::pdf(to.n, wi),
         }
     }
 }
