@@ -98,16 +98,13 @@ impl Sampler {
         [to_unit(x), to_unit(y)]
     }
 
-    /// [`pair`](Self::pair) of eight samplers of a kind, each with its index and dimension: the same numbers, sooner.
+    /// [`pair`](Self::pair) of eight samplers of a kind, each with its index and dimension: the same numbers, sooner. The
+    /// first of all pairs, then the second.
     ///
     /// # Panics
     /// If the samplers are of several kinds.
     #[inline(always)]
-    pub fn pairs(
-        samplers: [&Self; LANES],
-        indices: [u32; LANES],
-        dimensions: [u32; LANES],
-    ) -> [[f32; 2]; LANES] {
+    pub fn pairs(samplers: [&Self; LANES], indices: [u32; LANES], dimensions: [u32; LANES]) -> [Floats; 2] {
         let kind = samplers[0].kind;
         assert!(samplers.iter().all(|sampler| sampler.kind == kind), "one kind of sampler");
         if kind != SamplerKind::Sobol {
@@ -117,16 +114,12 @@ impl Sampler {
         for (key, sampler) in keys.iter_mut().zip(samplers) {
             *key = sampler.key;
         }
-        let (mut x, mut y) = (Floats::default(), Floats::default());
+        let mut pairs = [Floats::default(); 2];
         for i in 0..LANES {
             let key = pair_key(keys[i], dimensions[i]);
             let [reversed_x, reversed_y] = reversed_sobol_pair(owen_scramble(indices[i], key));
-            x[i] = to_unit(permute(reversed_x, hash(key ^ X_KEY)).reverse_bits());
-            y[i] = to_unit(permute(reversed_y, hash(key ^ Y_KEY)).reverse_bits());
-        }
-        let mut pairs = [[0.0; 2]; LANES];
-        for (pair, (x, y)) in pairs.iter_mut().zip(x.into_iter().zip(y)) {
-            *pair = [x, y];
+            pairs[0][i] = to_unit(permute(reversed_x, hash(key ^ X_KEY)).reverse_bits());
+            pairs[1][i] = to_unit(permute(reversed_y, hash(key ^ Y_KEY)).reverse_bits());
         }
         pairs
     }
@@ -136,8 +129,12 @@ impl Sampler {
         samplers: [&Self; LANES],
         indices: [u32; LANES],
         dimensions: [u32; LANES],
-    ) -> [[f32; 2]; LANES] {
-        std::array::from_fn(|i| samplers[i].pair(indices[i], dimensions[i]))
+    ) -> [Floats; 2] {
+        let mut pairs = [Floats::default(); 2];
+        for i in 0..LANES {
+            [pairs[0][i], pairs[1][i]] = samplers[i].pair(indices[i], dimensions[i]);
+        }
+        pairs
     }
 
     /// The middle of a cell.

@@ -38,9 +38,8 @@ pub fn turns(v: Vec2) -> f32 {
     let (rise, run) = if is_outer { (near - far, near + far) } else { (near, far) };
     let t = rise / run;
     let tt = t * t;
-    let arc = t + t
-        * tt
-        * (-3.333_294_9e-1 + tt * (1.997_771_1e-1 + tt * (-1.387_768_6e-1 + tt * 8.053_744_5e-2)));
+    let arc =
+        t + t * tt * (-3.333_294_9e-1 + tt * (1.997_771_1e-1 + tt * (-1.387_768_6e-1 + tt * 8.053_744_5e-2)));
     let eighth = arc * (0.5 * FRAC_1_PI) + if is_outer { 0.125 } else { 0.0 };
     let quarter = if y > x { 0.25 - eighth } else { eighth };
     let half = if v.x < 0.0 { 0.5 - quarter } else { quarter };

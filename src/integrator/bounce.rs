@@ -6,7 +6,7 @@ use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection, Incidence, LobeKind};
-use crate::core::lanes::LANES;
+use crate::core::lanes::{Floats, LANES};
 use crate::core::{Rgb, Sampler};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
 
@@ -51,7 +51,7 @@ impl Dimension {
         samplers: &[Sampler; LANES],
         indices: [u32; LANES],
         depths: [u32; LANES],
-    ) -> [[f32; 2]; LANES] {
+    ) -> [Floats; 2] {
         let mut dimensions = [0; LANES];
         for lane in 0..LANES {
             dimensions[lane] = self.at(depths[lane]);

@@ -45,11 +45,12 @@ impl Integrator<'_> {
     ) {
         let mut receivers = Receivers::default();
         for (lane, leaving) in leaving.iter().enumerate() {
+            let lobes_look = leaving.lobes_look;
             if let Some(bsdf) = bsdfs[lane]
+                && self.samples_lights[usize::from(lobes_look)]
                 && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
             {
                 let point = Lane { eight: drawn, lane }.point();
-                let lobes_look = leaving.lobes_look;
                 receivers.set(lane, &Receiver { p: point.p, n: point.at.n, lobes_look });
             }
         }

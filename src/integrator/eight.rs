@@ -32,8 +32,8 @@ pub(super) struct Eight<'a> {
     survival: Option<Pairs>,
 }
 
-/// A pair of numbers for each of eight surfaces.
-type Pairs = [[f32; 2]; LANES];
+/// A pair of numbers for each of eight surfaces: the first of all, then the second.
+type Pairs = [Floats; 2];
 
 /// One of the eight.
 #[derive(Clone, Copy)]
@@ -64,7 +64,8 @@ impl<'a> Lane<'a> {
     /// The numbers for the direction of the first lobe's ray, where it is one.
     #[inline(always)]
     pub(super) fn lobe(self) -> [f32; 2] {
-        self.eight.lobe[self.lane]
+        let [x, y] = &self.eight.lobe;
+        [x[self.lane], y[self.lane]]
     }
 
     /// The number of the guide of diffuse rays, where caustics are.
@@ -96,7 +97,7 @@ impl<'a> Lane<'a> {
     #[inline(always)]
     fn pair(self, drawn: &Option<Pairs>, dimension: Dimension) -> [f32; 2] {
         match drawn {
-            Some(pairs) => pairs[self.lane],
+            Some([x, y]) => [x[self.lane], y[self.lane]],
             None => self.sampler().pair(self.path().index, dimension.at(self.path().depth)),
         }
     }
@@ -115,14 +116,10 @@ impl Eight<'_> {
     /// What lights want to know beyond their own pair.
     #[inline(always)]
     pub(super) fn fine(&self) -> Floats {
-        let choice = match self.choice {
+        let [_, fine] = match self.choice {
             Some(choice) => choice,
             None => draw(Dimension::Choice, self.from, &self.samplers),
         };
-        let mut fine = Floats::default();
-        for lane in 0..LANES {
-            [_, fine[lane]] = choice[lane];
-        }
         fine
     }
 }
@@ -149,11 +146,16 @@ pub(super) struct Likely {
 
 impl Likely {
     /// At surfaces of a scene with the lobes `bsdfs`, where they are the same everywhere.
-    pub(super) fn of(scene: &Scene, samples_lights: bool, bsdfs: &[Option<Bsdf>]) -> Self {
+    pub(super) fn of(scene: &Scene, samples_lights: [bool; 2], bsdfs: &[Option<Bsdf>]) -> Self {
         let lobes = || bsdfs.iter().map(|bsdf| bsdf.as_ref().map(|bsdf| bsdf.lobes()));
         let lobes_look = scene.settings.direct_light == DirectLight::Mis;
-        let needs =
-            |lobes_look| if samples_lights { scene.lights.needs(lobes_look) } else { Needs::default() };
+        let needs = |lobes_look| {
+            if samples_lights[usize::from(lobes_look)] {
+                scene.lights.needs(lobes_look)
+            } else {
+                Needs::default()
+            }
+        };
         Self {
             choice: lobes().any(|lobes| lobes.is_none_or(|lobes| lobes.len() > 1)),
             diffuse: lobes()
@@ -212,10 +214,7 @@ impl Integrator<'_> {
         u: &Pairs,
         guides: &[Option<u32>; LANES],
     ) -> (Vectors, Floats) {
-        let [mut x, mut y] = [Floats::default(); 2];
-        for lane in 0..LANES {
-            [x[lane], y[lane]] = u[lane];
-        }
+        let [mut x, y] = *u;
         if let Some(caustics) = self.caustics {
             for lane in 0..LANES {
                 if let Some(guide) = guides[lane] {

@@ -9,8 +9,8 @@ use super::roots::Roots;
 use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
 use crate::bxdf::Bsdf;
-use crate::core::{Hit, Ray, Rgb};
 use crate::core::lanes::{LANES, Vectors};
+use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{LightSample, Receivers};
 
 /// Where what leaves a surface goes.

@@ -26,7 +26,8 @@ const CAPACITY: usize = 2048;
 pub struct Integrator<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a dyn Accelerator,
-    pub(super) samples_lights: bool,
+    /// Whether surfaces sample lights whose lobes do not look for light themselves, and those whose lobes do.
+    pub(super) samples_lights: [bool; 2],
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// What surfaces are likely to need.
@@ -102,7 +103,8 @@ impl<'a> Integrator<'a> {
         let Settings { max_depth, at_max_depth, roulette_from, .. } = &scene.settings;
         let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { Settings::NEVER };
         let bsdfs: Vec<_> = scene.materials.iter().map(Material::uniform_bsdf).collect();
-        let samples_lights = Plan::of(scene).samples_lights;
+        let planned = Plan::of(scene).samples_lights;
+        let samples_lights = [false, true].map(|looks| planned && scene.lights.needs(looks).direction);
         Self {
             scene,
             accel,
@@ -193,7 +195,7 @@ impl<'a> Integrator<'a> {
                 let within = Sampler::pairs(samplers.each_ref(), [index; LANES], [0; LANES]);
                 let mut directions = Vectors::default();
                 for lane in 0..LANES {
-                    let ((x, y), [dx, dy]) = (corners[lane], within[lane]);
+                    let ((x, y), [dx, dy]) = (corners[lane], within.map(|offsets| offsets[lane]));
                     directions.set(lane, camera.direction(x as f32 + dx, y as f32 + dy));
                 }
                 for lane in 0..block.len() {
@@ -323,7 +325,7 @@ impl<'a> Integrator<'a> {
             bsdfs[lane] = self.look_at(&Seen { ray, hit, drawn: drawn(lane) }, here, leaving, out);
         }
         let mut lights = EightSamples::default();
-        if self.samples_lights {
+        if self.samples_lights != [false; 2] {
             self.sample_lights(&eight, &bsdfs, &leaving, &mut lights);
         }
         for (lane, leaving) in leaving.iter_mut().enumerate() {

@@ -65,7 +65,7 @@ impl Lights {
         let mut receivers = Receivers::default();
         receivers.set(0, to);
         let mut samples = EightSamples::default();
-        self.sample_eight(&receivers, || [fine; LANES], &[u; LANES], &mut samples);
+        self.sample_eight(&receivers, || [fine; LANES], &u.map(|u| [u; LANES]), &mut samples);
         samples.get(0)
     }
 
@@ -81,15 +81,14 @@ impl Lights {
         &self,
         to: &Receivers,
         fine: impl FnOnce() -> Floats,
-        u: &[[f32; 2]; LANES],
+        u: &[Floats; 2],
         samples: &mut EightSamples,
     ) {
         match self.simple(to) {
             Some(light) => {
                 let mut wide = [[0.0; LANES]; 2];
                 for lane in 0..LANES {
-                    let [x, y] = u[lane];
-                    (wide[0][lane], wide[1][lane]) = (f64::from(x), f64::from(y));
+                    (wide[0][lane], wide[1][lane]) = (f64::from(u[0][lane]), f64::from(u[1][lane]));
                 }
                 match light {
                     Light::Rectangle(light) => {
@@ -130,6 +129,7 @@ impl Lights {
     }
 
     /// What [`sample_eight`](Self::sample_eight) needs for receivers whose lobes look for light or do not.
+    #[inline]
     pub fn needs(&self, lobes_look: bool) -> Needs {
         let far = self.far(lobes_look);
         let fine = !far.is_empty() || self.simple_near().is_none() && !self.tree.is_empty();
@@ -192,15 +192,18 @@ impl Lights {
     #[inline(always)]
     pub fn environment_and_pdf(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
         let Some(environment) = &self.environment else { return Default::default() };
-        let (le, mut pdf) = environment.le_and_pdf_eight(to, wi);
-        let near_share = self.near_shares(to);
-        for lane in to.lanes() {
-            let far = self.far(to.lobes_look[lane]);
-            pdf[lane] *= if far.has_environment() {
-                ((1.0 - near_share[lane]) * far.probability(&to.get(lane), 0)) as f32
-            } else {
-                0.0
-            };
+        let is_sampled = [self.far.has_environment(), self.beside_lobes.has_environment()];
+        let mut sampled = *to;
+        for lane in 0..LANES {
+            sampled.there[lane] &= is_sampled[usize::from(to.lobes_look[lane])];
+        }
+        let (le, mut pdf) = environment.le_and_pdf_eight(to, &sampled, wi);
+        if !sampled.is_empty() {
+            let near_share = self.near_shares(&sampled);
+            for lane in sampled.lanes() {
+                let share = self.far(to.lobes_look[lane]).probability(&to.get(lane), 0);
+                pdf[lane] *= ((1.0 - near_share[lane]) * share) as f32;
+            }
         }
         (le, pdf)
     }
@@ -298,10 +301,10 @@ fn near_share(near: f32, far: f32) -> f64 {
 
 /// Each of `u` with 28 bits more, from hashes of all numbers: a walk down a deep tree leaves few of the 24.
 #[inline(always)]
-fn widen(fine: Floats, u: &[[f32; 2]; LANES]) -> [[f64; LANES]; 2] {
+fn widen(fine: Floats, [x, y]: &[Floats; 2]) -> [[f64; LANES]; 2] {
     let mut wide = [[0.0; LANES]; 2];
     for lane in 0..LANES {
-        let [x, y] = u[lane];
+        let (x, y) = (x[lane], y[lane]);
         let low = fine[lane].to_bits() ^ sampler::hash(x.to_bits() ^ sampler::hash(y.to_bits()));
         let low = sampler::hash(low ^ 0x5bd1_e995);
         wide[0][lane] = lengthen(x, low);

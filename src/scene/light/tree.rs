@@ -1,8 +1,8 @@
 //! Choosing one of many lights by what it may contribute to a receiver.
 
-use super::{Receiver, Receivers};
 use super::bounds::{EightEmissions, Emission, LightBounds};
 use super::unit::below_one;
+use super::{Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
 use crate::geometry::Aabb;
 use glam::Vec3;

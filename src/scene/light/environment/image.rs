@@ -124,8 +124,8 @@ impl Cells {
         for i in 0..LANES {
             let at = [at[0][i], at[1][i]];
             let mix = |[a, b, c, d]: [&Floats; 4]| bilinear([[a[i], b[i]], [c[i], d[i]]], at);
-            pdf[i] = (f64::from(mix(self.weights.each_ref()))
-                / (self.measure[i] * f64::from(sin_theta[i]))) as f32;
+            pdf[i] = (f64::from(mix(self.weights.each_ref())) / (self.measure[i] * f64::from(sin_theta[i])))
+                as f32;
             for (channel, le) in le.iter_mut().enumerate() {
                 let [a, b, c, d] = &self.le;
                 le[i] = mix([&a[channel], &b[channel], &c[channel], &d[channel]]);
@@ -377,7 +377,8 @@ impl EnvironmentImage {
 
             let v = cells.v[0][i] + t * (cells.v[1][i] - cells.v[0][i]);
             let (cos_theta, sin_theta) = warp::unit_vector(0.5 * v).into();
-            let (cos_phi, sin_phi) = warp::unit_vector((cells.column[i] + 0.5 + s) / self.width as f32).into();
+            let (cos_phi, sin_phi) =
+                warp::unit_vector((cells.column[i] + 0.5 + s) / self.width as f32).into();
             let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
             samples.wi.set(i, Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize());
 

@@ -134,16 +134,29 @@ impl Environment {
         })
     }
 
-    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there.
+    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there, for
+    /// those receivers that are `sampled`.
     #[inline(always)]
-    pub(super) fn le_and_pdf_eight(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
-        if let Self::Image(image) = self {
-            return image.le_and_pdf_eight(to, wi);
+    pub(super) fn le_and_pdf_eight(
+        &self,
+        to: &Receivers,
+        sampled: &Receivers,
+        wi: &Vectors,
+    ) -> ([Floats; 3], Floats) {
+        let (mut le, mut pdf) = match self {
+            Self::Image(image) => image.le_and_pdf_eight(to, wi),
+            _ => Default::default(),
+        };
+        for lane in 0..LANES {
+            pdf[lane] = if sampled.there[lane] { pdf[lane] } else { 0.0 };
         }
-        let (mut le, mut pdf) = ([Floats::default(); 3], Floats::default());
-        for lane in to.lanes() {
-            [le[0][lane], le[1][lane], le[2][lane]] = self.le(wi.get(lane)).to_array();
-            pdf[lane] = self.pdf(&to.get(lane), wi.get(lane));
+        if !matches!(self, Self::Image(_)) {
+            for lane in to.lanes() {
+                [le[0][lane], le[1][lane], le[2][lane]] = self.le(wi.get(lane)).to_array();
+            }
+            for lane in sampled.lanes() {
+                pdf[lane] = self.pdf(&to.get(lane), wi.get(lane));
+            }
         }
         (le, pdf)
     }
