@@ -2,6 +2,7 @@
 
 use super::{Light, Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
+use crate::core::prefetch;
 use crate::geometry::Aabb;
 use glam::Vec3;
 
@@ -256,6 +257,15 @@ impl EightEmissions {
             importances[lane] = self.get(lane).importance(to);
         }
         importances
+    }
+
+    /// Asks for all of them.
+    #[inline(always)]
+    pub(super) fn prefetch(&self) {
+        let numbers = [&self.radius_squared, &self.cos_spread, &self.sin_spread, &self.intensity];
+        for numbers in self.center.iter().chain(&self.axis).chain(numbers) {
+            prefetch(numbers);
+        }
     }
 
     /// The importance of the one in a lane to each of eight receivers.

@@ -74,8 +74,8 @@ impl Lights {
     /// The first of `u` chooses the light, and what is left of it goes on to the light itself, so that points that are
     /// spread well over the unit square are spread well over each light. With numbers of its own for the choice, each
     /// light would get a random part of them; where a lamp and a sky share 64 Sobol points, the variance of a highlight is
-    /// then two to three times as high. `fine` stands for the bits that `u` has not, and is asked for where they matter. Both are in `[0, 1)`; [`needs`](Self::needs)
-    /// tells which of them matter.
+    /// then two to three times as high. `fine` stands for the bits that `u` has not, and is asked for where they matter.
+    /// Both are in `[0, 1)`; [`needs`](Self::needs) tells which of them matter.
     #[inline(always)]
     pub fn sample_eight(
         &self,
@@ -84,29 +84,22 @@ impl Lights {
         u: &[Floats; 2],
         samples: &mut EightSamples,
     ) {
-        match self.simple(to) {
-            Some(light) => {
-                let mut wide = [[0.0; LANES]; 2];
-                for lane in 0..LANES {
-                    (wide[0][lane], wide[1][lane]) = (f64::from(u[0][lane]), f64::from(u[1][lane]));
-                }
-                match light {
-                    Light::Rectangle(light) => {
-                        *samples = RectangleLight::sample_eight(|_| light, to, &wide, to.there);
-                    }
-                    light => {
-                        for lane in to.lanes() {
-                            samples.put(lane, light.sample(&to.get(lane), [wide[0][lane], wide[1][lane]]));
-                        }
-                    }
-                }
-                samples.chosen_with(&[1.0; LANES]);
+        let mut wide = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            (wide[0][lane], wide[1][lane]) = (f64::from(u[0][lane]), f64::from(u[1][lane]));
+        }
+        let simple = self.simple(to);
+        if let Some(Light::Rectangle(light)) = simple {
+            // The most frequent case by far, without the detours of the others.
+            *samples = RectangleLight::sample_eight(|_| light, to, &wide, to.there);
+            samples.chosen_with(&[1.0; LANES]);
+        } else {
+            if simple.is_none() {
+                wide = widen(fine(), u);
             }
-            None => {
-                let (picks, probability, u) = self.choose(to, widen(fine(), u));
-                self.sample_lights(to, &picks, &u, samples);
-                samples.chosen_with(&probability);
-            }
+            let (picks, probability, u) = self.choose(to, wide);
+            self.sample_lights(to, &picks, &u, samples);
+            samples.chosen_with(&probability);
         }
     }
 
@@ -145,11 +138,13 @@ impl Lights {
         u: &[[f64; LANES]; 2],
         samples: &mut EightSamples,
     ) {
-        let (mut rectangles, mut others, mut sky) = ([None; LANES], [None; LANES], [false; LANES]);
+        let (mut rectangles, mut meshes) = ([None; LANES], [None; LANES]);
+        let (mut others, mut sky) = ([None; LANES], [false; LANES]);
         for lane in to.lanes() {
             match picks[lane] {
                 Some(Pick::Light(light)) => match &self.lights[light as usize] {
                     Light::Rectangle(rectangle) => rectangles[lane] = Some(rectangle),
+                    Light::Mesh(mesh) => meshes[lane] = Some(mesh),
                     light => others[lane] = Some(light),
                 },
                 Some(Pick::Environment) => sky[lane] = true,
@@ -170,9 +165,23 @@ impl Lights {
         {
             samples.take(&environment.sample_eight(to, u, sky), sky);
         }
+        while let Some(mesh) = meshes.iter().copied().flatten().next() {
+            let mut of_this = *to;
+            for lane in 0..LANES {
+                of_this.there[lane] &= meshes[lane].is_some_and(|other| std::ptr::eq(other, mesh));
+            }
+            mesh.sample_eight(&of_this, u, samples);
+            of_this.lanes().for_each(|lane| meshes[lane] = None);
+        }
         for lane in 0..LANES {
-            if let Some(light) = others[lane] {
-                samples.put(lane, light.sample(&to.get(lane), [u[0][lane], u[1][lane]]));
+            let to = || to.get(lane);
+            match others[lane] {
+                Some(Light::Sphere(light)) => {
+                    samples.put(lane, light.sample(&to(), [u[0][lane], u[1][lane]]))
+                }
+                Some(Light::Point(light)) => samples.put(lane, light.sample(to().p)),
+                Some(Light::Directional(light)) => samples.put(lane, Some(light.sample())),
+                Some(Light::Rectangle(_) | Light::Mesh(_)) | None => {}
             }
         }
     }

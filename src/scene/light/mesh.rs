@@ -1,11 +1,12 @@
 //! Emissive meshes: disks, polygons and whatever else is made of triangles.
 
-use super::patches::{Patches, cross, normal_cone};
+use super::patches::{ChosenTriangle, Patches, cross, normal_cone};
 use super::unit::narrow;
-use super::{EmitterHit, LightSample, Receiver, density, shadow_end};
+use super::{EightSamples, EmitterHit, LightSample, Receiver, Receivers, density, shadow_end};
+use crate::core::lanes::LANES;
 use crate::core::{Rgb, warp};
 use crate::geometry::TriangleMesh;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// A mesh that emits the same radiance everywhere.
@@ -50,13 +51,24 @@ impl MeshLight {
         normal_cone(&self.mesh, 0..self.mesh.triangle_count() as u32)
     }
 
-    /// A direction towards the mesh; the first of `u` chooses the patch and the triangle.
+    /// Directions towards the mesh for the receivers that are there; the first of `u` chooses the patch and the triangle.
+    #[inline(always)]
+    pub(super) fn sample_eight(&self, to: &Receivers, u: &[[f64; LANES]; 2], samples: &mut EightSamples) {
+        let triangles = self.patches.sample_eight(to, &u[0]);
+        for lane in to.lanes() {
+            let sample =
+                triangles[lane].and_then(|triangle| self.point(to.p.get(lane), triangle, u[1][lane]));
+            samples.put(lane, sample);
+        }
+    }
+
+    /// The direction from `p` towards a point of a triangle; `u` is a number beside the one that is left.
     #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        let (prim_id, by_area, rest) = self.patches.sample(to, u[0])?;
+    fn point(&self, p: Vec3, triangle: ChosenTriangle, u: f64) -> Option<LightSample> {
+        let ChosenTriangle { prim_id, density: by_area, rest } = triangle;
         let [a, b, c] = self.mesh.triangle(prim_id).map(|p| p.as_dvec3());
-        let [bu, bv] = warp::uniform_triangle(narrow([rest, u[1]])).map(f64::from);
-        let way = a + bu * (b - a) + bv * (c - a) - to.p.as_dvec3();
+        let [bu, bv] = warp::uniform_triangle(narrow([rest, u])).map(f64::from);
+        let way = a + bu * (b - a) + bv * (c - a) - p.as_dvec3();
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let facing = -normal.dot(way);
         if !(facing > 0.0 || (self.both_sides && facing < 0.0)) {
@@ -67,14 +79,14 @@ impl MeshLight {
         let solid_angle = facing.abs() / (squared * distance * by_area);
         Some(LightSample {
             wi: (way / distance).as_vec3(),
-            t_max: shadow_end(to.p, distance as f32),
+            t_max: shadow_end(p, distance as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
             pdf: density(solid_angle),
             shadow: true,
         })
     }
 
-    /// The density of [`sample`](Self::sample) at a point that a ray has found.
+    /// The density of [`sample_eight`](Self::sample_eight) at a point that a ray has found.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         let normal = cross(&self.mesh, hit.prim_id).normalize_or_zero();

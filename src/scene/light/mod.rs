@@ -119,19 +119,7 @@ impl Light {
         Self::Mesh(MeshLight::new(mesh, radiance, both_sides))
     }
 
-    /// A direction towards this light. `u` is in `[0, 1)`.
-    #[inline]
-    fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        match self {
-            Self::Point(light) => light.sample(to.p),
-            Self::Directional(light) => Some(light.sample()),
-            Self::Rectangle(light) => light.sample(to, u),
-            Self::Sphere(light) => light.sample(to, u),
-            Self::Mesh(light) => light.sample(to, u),
-        }
-    }
-
-    /// The density of [`sample`](Self::sample) at a point of this light; 0 for a light that no ray can hit.
+    /// The density with which a point of this light is sampled, if it is chosen; 0 for a light that no ray can hit.
     #[inline]
     fn pdf(&self, to: &Receiver, hit: &EmitterHit) -> f32 {
         match self {

@@ -1,9 +1,10 @@
 //! Parts of an emissive mesh, to choose those that shine on a receiver.
 
-use super::Receiver;
 use super::bounds::LightBounds;
 use super::tree::LightTree;
 use super::unit::below_one;
+use super::{Receiver, Receivers};
+use crate::core::lanes::LANES;
 use crate::geometry::{Aabb, TriangleMesh};
 use glam::DVec3;
 
@@ -25,6 +26,16 @@ pub(super) struct Patches {
     starts: Vec<u32>,
     /// The patch of each triangle of the mesh, if it has one.
     patch_of: Vec<Option<u32>>,
+}
+
+/// A triangle to take a point of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ChosenTriangle {
+    pub(super) prim_id: u32,
+    /// With which a point that is uniform on it is chosen, by area.
+    pub(super) density: f64,
+    /// What is left of the number that chose: uniform in `[0, 1)` again.
+    pub(super) rest: f64,
 }
 
 /// Times that triangles that face about the same way are halved, at most: a choice among more than a thousand patches
@@ -117,23 +128,36 @@ impl Patches {
         self.before[end] - self.before[start]
     }
 
-    /// A triangle, the density with which a point that is uniform on it is chosen, by area, and what is left of
-    /// `choice`: uniform in `[0, 1)` again. `None` where there is nothing that could shine on the receiver.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, choice: f64) -> Option<(u32, f64, f64)> {
-        let (patch, probability, rest) = match self.tree.only() {
-            Some(patch) => (patch, 1.0, choice),
-            None => self.tree.sample(to, choice)?,
-        };
-        let [start, end] = [0, 1].map(|k| self.starts[(patch + k) as usize] as usize);
-        let before = &self.before[start..=end];
-        let at = before[0] + rest * self.area(patch);
-        let place = (before.partition_point(|&sum| sum <= at).max(1) - 1).min(end - start - 1);
-        let rest = below_one((at - before[place]) / (before[place + 1] - before[place]));
-        Some((self.triangles[start + place], probability / self.area(patch), rest))
+    /// A triangle for each receiver. None where there is nothing that could shine on it.
+    #[inline(always)]
+    pub(super) fn sample_eight(
+        &self,
+        to: &Receivers,
+        choice: &[f64; LANES],
+    ) -> [Option<ChosenTriangle>; LANES] {
+        let patches = self.tree.sample_eight(to, choice);
+        let mut triangles = [None; LANES];
+        for lane in to.lanes() {
+            if let Some(patch) = patches.light[lane] {
+                triangles[lane] = Some(self.within(patch, patches.probability[lane], patches.rest[lane]));
+            }
+        }
+        triangles
     }
 
-    /// The density of [`sample`](Self::sample) on a triangle, by area.
+    /// A triangle of a patch that was chosen with this probability.
+    #[inline]
+    fn within(&self, patch: u32, probability: f64, choice: f64) -> ChosenTriangle {
+        let [start, end] = [0, 1].map(|k| self.starts[(patch + k) as usize] as usize);
+        let before = &self.before[start..=end];
+        let area = before[end - start] - before[0];
+        let at = before[0] + choice * area;
+        let place = (before.partition_point(|&sum| sum <= at).max(1) - 1).min(end - start - 1);
+        let rest = below_one((at - before[place]) / (before[place + 1] - before[place]));
+        ChosenTriangle { prim_id: self.triangles[start + place], density: probability / area, rest }
+    }
+
+    /// The density of [`sample_eight`](Self::sample_eight) on a triangle, by area.
     #[inline]
     pub(super) fn density(&self, to: &Receiver, triangle: u32) -> f64 {
         match (self.patch_of[triangle as usize], self.tree.only()) {

@@ -4,6 +4,7 @@ use super::bounds::{EightEmissions, Emission, LightBounds};
 use super::unit::below_one;
 use super::{Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
+use crate::core::prefetch;
 use crate::geometry::Aabb;
 use glam::Vec3;
 
@@ -59,6 +60,13 @@ impl Node {
         (importances, importances.iter().sum())
     }
 
+    /// Asks for what [`importances`](Self::importances) reads.
+    #[inline(always)]
+    fn prefetch(&self) {
+        self.emissions.prefetch();
+        prefetch(&self.links);
+    }
+
     /// The child that each number of `choice` falls on for its receiver, each as in [`pick`].
     #[inline(always)]
     fn pick_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> EightPicked {
@@ -70,25 +78,26 @@ impl Node {
                 total[lane] += importances[lane];
             }
         }
-        let mut picked = EightPicked::default();
-        let (mut at, mut before, mut sum) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut at = [0.0; LANES];
         for lane in 0..LANES {
             at[lane] = choice[lane] * f64::from(total[lane]);
         }
-        let mut importance = [0.0; LANES];
-        for (child, importances) in (0..).zip(&importances[..self.children]) {
+        let (mut child, mut importance) = ([0; LANES], Floats::default());
+        let (mut before, mut sum) = (Floats::default(), Floats::default());
+        for (this, importances) in (0..).zip(&importances[..self.children]) {
             for lane in 0..LANES {
-                let this = f64::from(importances[lane]);
-                let falls = (this > 0.0) & (sum[lane] <= at[lane]);
-                picked.child[lane] = if falls { child } else { picked.child[lane] };
+                let falls = (importances[lane] > 0.0) & (sum[lane] <= at[lane] as f32);
+                child[lane] = if falls { this } else { child[lane] };
                 before[lane] = if falls { sum[lane] } else { before[lane] };
-                importance[lane] = if falls { this } else { importance[lane] };
-                sum[lane] += this;
+                importance[lane] = if falls { importances[lane] } else { importance[lane] };
+                sum[lane] += importances[lane];
             }
         }
+        let mut picked = EightPicked { child, ..Default::default() };
         for lane in 0..LANES {
-            picked.share[lane] = importance[lane] / f64::from(total[lane]);
-            picked.rest[lane] = below_one(((at[lane] - before[lane]) / importance[lane]).max(0.0));
+            let importance = f64::from(importance[lane]);
+            picked.share[lane] = importance / f64::from(total[lane]);
+            picked.rest[lane] = below_one((at[lane] - f64::from(before[lane])) / importance);
             picked.there[lane] = total[lane] > 0.0;
         }
         picked
@@ -193,6 +202,8 @@ impl LightTree {
 
     /// A light for each receiver, the probability of choosing it, and what is left of the numbers `choice`: uniform in
     /// `[0, 1)` again. None where no light reaches the receiver.
+    ///
+    /// All go down together, so that none waits alone for what memory or the processor are slow to tell.
     #[inline(always)]
     pub(super) fn sample_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> EightChosen {
         let mut chosen = EightChosen { probability: [1.0; LANES], rest: *choice, ..Default::default() };
@@ -201,50 +212,44 @@ impl LightTree {
         }
         let Some(root) = self.nodes.first() else { return chosen };
         let picked = root.pick_eight(to, choice);
+        // Those on their way, and the node that each has come to.
+        let (mut left, mut nodes) = (0, [(0, 0); LANES]);
         for lane in to.lanes().filter(|&lane| picked.there[lane]) {
-            let (probability, rest) = (picked.share[lane], picked.rest[lane]);
-            let below = match root.links[picked.child[lane] as usize] {
-                Link::Light(light) => Some((light, 1.0, rest)),
-                Link::Node(node) => self.sample_below(node, &to.get(lane), rest),
-            };
-            if let Some((light, share, rest)) = below {
-                chosen.light[lane] = Some(light);
-                (chosen.probability[lane], chosen.rest[lane]) = (probability * share, rest);
+            (chosen.probability[lane], chosen.rest[lane]) = (picked.share[lane], picked.rest[lane]);
+            match root.links[picked.child[lane] as usize] {
+                Link::Light(light) => chosen.light[lane] = Some(light),
+                Link::Node(node) => {
+                    nodes[left] = (lane, node);
+                    left += 1;
+                }
+            }
+        }
+        while left > 0 {
+            let before = std::mem::take(&mut left);
+            for i in 0..before {
+                let (lane, node) = nodes[i];
+                let node = &self.nodes[node as usize];
+                let (importances, total) = node.importances(&to.get(lane));
+                if total <= 0.0 {
+                    continue;
+                }
+                let (child, share, rest) = pick(&importances, total, chosen.rest[lane]);
+                chosen.probability[lane] *= share;
+                chosen.rest[lane] = rest;
+                match node.links[child] {
+                    Link::Light(light) => chosen.light[lane] = Some(light),
+                    Link::Node(next) => {
+                        self.nodes[next as usize].prefetch();
+                        nodes[left] = (lane, next);
+                        left += 1;
+                    }
+                }
             }
         }
         chosen
     }
 
-    /// A light for one receiver: see [`sample_eight`](Self::sample_eight).
-    #[inline(always)]
-    pub(super) fn sample(&self, to: &Receiver, choice: f64) -> Option<(u32, f64, f64)> {
-        match self.only {
-            Some(only) => Some((only, 1.0, choice)),
-            None if self.nodes.is_empty() => None,
-            None => self.sample_below(0, to, choice),
-        }
-    }
-
-    /// A light below a node.
-    #[inline(always)]
-    fn sample_below(&self, node: u32, to: &Receiver, mut choice: f64) -> Option<(u32, f64, f64)> {
-        let (mut node, mut probability) = (&self.nodes[node as usize], 1.0);
-        loop {
-            let (importances, total) = node.importances(to);
-            if total <= 0.0 {
-                return None;
-            }
-            let (child, share, rest) = pick(&importances, total, choice);
-            choice = rest;
-            probability *= share;
-            match node.links[child] {
-                Link::Light(light) => return Some((light, probability, choice)),
-                Link::Node(next) => node = &self.nodes[next as usize],
-            }
-        }
-    }
-
-    /// The probability with which [`sample`](Self::sample) chooses this light.
+    /// The probability with which [`sample_eight`](Self::sample_eight) chooses this light.
     #[inline(always)]
     pub(super) fn probability(&self, to: &Receiver, light: u32) -> f64 {
         if let Some(only) = self.only {
@@ -270,17 +275,16 @@ impl LightTree {
 /// The child that `choice` falls on, its share of the total, and what is left of `choice`.
 #[inline(always)]
 fn pick(importances: &Floats, total: f32, choice: f64) -> (usize, f64, f64) {
-    let total = f64::from(total);
-    let at = choice * total;
+    let at = choice * f64::from(total);
     let (mut child, mut before, mut sum) = (0, 0.0, 0.0);
     for (i, &importance) in importances.iter().enumerate() {
-        if importance > 0.0 && (i == 0 || sum <= at) {
+        if (importance > 0.0) & (sum <= at as f32) {
             (child, before) = (i, sum);
         }
-        sum += f64::from(importance);
+        sum += importance;
     }
     let importance = f64::from(importances[child]);
-    (child, importance / total, below_one(((at - before) / importance).max(0.0)))
+    (child, importance / f64::from(total), below_one((at - f64::from(before)) / importance))
 }
 
 /// Parts two or more leaves into up to eight groups, each with its depth of halving: the group of most leaves is parted
