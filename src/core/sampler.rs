@@ -276,7 +276,8 @@ mod tests {
                 let dimensions = [index % 7, 9, 4, 123_456, 0, 5, index, u32::MAX];
                 let one_by_one: [_; LANES] =
                     std::array::from_fn(|i| samplers[i].pair(indices[i], dimensions[i]));
-                assert_eq!(Sampler::pairs(samplers.each_ref(), indices, dimensions), one_by_one);
+                let [x, y] = Sampler::pairs(samplers.each_ref(), indices, dimensions);
+                assert_eq!(std::array::from_fn(|i| [x[i], y[i]]), one_by_one);
             }
         }
     }

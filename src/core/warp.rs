@@ -26,7 +26,7 @@ pub fn unit_vector(turns: f32) -> Vec2 {
     if quarter & 2 == 0 { v } else { -v }
 }
 
-/// The angle of a vector of any length but zero, in turns from x over y: in `[0, 1]`, to 6e-8.
+/// The angle of a vector of any length, in turns from x over y: in `[0, 1]`, to 6e-8; 0 of no length.
 ///
 /// The polynomial is that of `atanf` in Moshier's *Cephes Mathematical Library*.
 #[inline(always)]
@@ -36,10 +36,9 @@ pub fn turns(v: Vec2) -> f32 {
     // Within an eighth of a turn of the axis, of which the outer half is seen from the diagonal.
     let is_outer = near > far * TAN_PI_8;
     let (rise, run) = if is_outer { (near - far, near + far) } else { (near, far) };
-    let t = rise / run;
+    let t = rise / if run > 0.0 { run } else { 1.0 };
     let tt = t * t;
-    let arc =
-        t + t * tt * (-3.333_294_9e-1 + tt * (1.997_771_1e-1 + tt * (-1.387_768_6e-1 + tt * 8.053_744_5e-2)));
+    let arc = t + t * tt * (-0.333_329_5 + tt * (0.199_777_1 + tt * (-0.138_776_86 + tt * 0.080_537_446)));
     let eighth = arc * (0.5 * FRAC_1_PI) + if is_outer { 0.125 } else { 0.0 };
     let quarter = if y > x { 0.25 - eighth } else { eighth };
     let half = if v.x < 0.0 { 0.5 - quarter } else { quarter };
@@ -111,7 +110,7 @@ mod tests {
             let error = (f64::from(turns(v)) - expected).rem_euclid(1.0);
             assert!(error.min(1.0 - error) < 6e-8, "{v}: {error}");
         }
-        let along = [(1.0, 0.0), (1.0, -0.0), (0.0, 3.0), (-1e-30, 0.0), (-0.0, -1.0), (1e30, 1e30)];
+        let along = [(0.0, 0.0), (1.0, -0.0), (0.0, 3.0), (-1e-30, 0.0), (-0.0, -1.0), (1e30, 1e30)];
         assert_eq!(along.map(|(x, y)| turns(Vec2::new(x, y))), [0.0, 0.0, 0.25, 0.5, 0.75, 0.125]);
     }
 

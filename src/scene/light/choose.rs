@@ -242,10 +242,7 @@ impl Lights {
         if !near.is_empty() {
             let chosen = self.tree.sample_eight(&near, &choice);
             for lane in near.lanes() {
-                picks[lane] = match chosen.light[lane] {
-                    Some(light) => Some(Pick::Light(light)),
-                    None => None,
-                };
+                picks[lane] = chosen.light[lane].map(Pick::Light);
                 probability[lane] = near_share[lane] * chosen.probability[lane];
                 u[0][lane] = chosen.rest[lane];
             }
@@ -332,7 +329,7 @@ fn lengthen(u: f32, low: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::{Sampler, SamplerKind, warp};
+    use crate::core::{Rgb, Sampler, SamplerKind, warp};
 
     /// Independent numbers `(choice, u)` in a fixed order.
     fn numbers(seed: u32, i: u32) -> (f32, [f32; 2]) {
@@ -369,6 +366,62 @@ mod tests {
         })
     }
 
+    /// The choice for one receiver: the light, its probability, and what is left of the number.
+    fn choose(lights: &Lights, to: &Receiver, choice: f64) -> Option<(Pick, f64, f64)> {
+        let mut receivers = Receivers::default();
+        receivers.set(3, to);
+        let (picks, probability, u) = lights.choose(&receivers, [[choice; LANES]; 2]);
+        picks[3].map(|pick| (pick, probability[3], u[0][3]))
+    }
+
+    /// A number with more bits than f32 has.
+    fn wide((fine, u): (f32, [f32; 2])) -> f64 {
+        widen([fine; LANES], &u.map(|u| [u; LANES]))[0][0]
+    }
+
+    #[test]
+    fn eight_receivers_get_what_each_would_get_alone() {
+        let tube = |turn: f32| {
+            let at = |angle: f32, y: f32| Vec3::new(angle.cos(), y, angle.sin()) + 0.5;
+            let corners = (0..40).flat_map(|i| {
+                let [a, b] = [i, i + 1].map(|i| turn + f32::from(i as u8) * 0.15);
+                [at(a, 0.0), at(a, 0.1), at(b, 0.0)]
+            });
+            let triangles = (0..40).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let mesh = crate::geometry::TriangleMesh::new(corners.collect(), triangles, vec![], vec![]);
+            Light::mesh(std::sync::Arc::new(mesh.expect("it is one")), Rgb::WHITE, true)
+        };
+        let sky = |image: bool| {
+            let pixels = (0..64u8).map(|i| Rgb::grey(f32::from(i % 7))).collect();
+            let studio = Environment::product_shot(0.1, 0.0);
+            if image { Environment::image(8, 8, pixels, 30.0, 0.1).expect("it is one") } else { studio }
+        };
+        let scenes = [
+            Lights::new(crowd(1), None),
+            Lights::new(crowd(3).split_off(2), None),
+            Lights::new(crowd(7), Some(sky(true))),
+            Lights::new(crowd(500).into_iter().chain([tube(0.0), tube(1.0)]).collect(), Some(sky(false))),
+            Lights::new(vec![tube(0.5)], Some(sky(true))),
+        ];
+        for (scene, lights) in scenes.iter().enumerate() {
+            for group in 0..50 {
+                let (mut to, mut fine, mut u) = (Receivers::default(), Floats::default(), [[0.0; LANES]; 2]);
+                let all: Vec<_> = receivers(8 * group + 8).skip(8 * group as usize).collect();
+                for (lane, receiver) in all.iter().enumerate().filter(|(lane, _)| (lane + 1) % 5 > 0) {
+                    to.set(lane, receiver);
+                    (fine[lane], [u[0][lane], u[1][lane]]) = numbers(11, 8 * group + lane as u32);
+                }
+                let mut eight = EightSamples::default();
+                lights.sample_eight(&to, || fine, &u, &mut eight);
+                for lane in to.lanes() {
+                    let alone = lights.sample(&all[lane], fine[lane], u.map(|u| u[lane]));
+                    assert_eq!(eight.get(lane), alone, "scene {scene}, group {group}, lane {lane}");
+                }
+                assert!(eight.get(4).is_none(), "scene {scene}: nobody has asked");
+            }
+        }
+    }
+
     #[test]
     fn probabilities_over_ten_thousand_lights_sum_to_one_and_are_those_of_the_choice() {
         let lights = Lights::new(crowd(10_000), None);
@@ -379,9 +432,8 @@ mod tests {
             assert!(sum > 0.95 && sum < 1.0 + 1e-9, "{sum}");
             let mut lost = 0.0;
             for j in 0..2000 {
-                let (choice, u) = numbers(i as u32, j);
-                let Some((Pick::Light(light), probability, rest)) = lights.choose(&to, widen(choice, u)[0])
-                else {
+                let chosen = choose(&lights, &to, wide(numbers(i as u32, j)));
+                let Some((Pick::Light(light), probability, rest)) = chosen else {
                     lost += 1.0;
                     continue;
                 };
@@ -418,10 +470,8 @@ mod tests {
             for (i, to) in receivers(4).enumerate() {
                 let (mut found, mut expected, n) = (vec![0.0; count + 1], vec![0.0; count + 1], 40_000);
                 for j in 0..n {
-                    let (choice, u) = numbers(i as u32, j);
-                    let Some((pick, probability, _)) = lights.choose(&to, widen(choice, u)[0]) else {
-                        continue;
-                    };
+                    let chosen = choose(&lights, &to, wide(numbers(i as u32, j)));
+                    let Some((pick, probability, _)) = chosen else { continue };
                     let index = match pick {
                         Pick::Light(light) => light as usize,
                         Pick::Environment => count,
@@ -483,11 +533,11 @@ mod tests {
         let alone = Receiver { lobes_look: false, ..looking };
         let broad = Lights::new(lamp(), Some(Environment::Constant(Rgb::WHITE)));
         for choice in [0.0, 0.5, 0.99] {
-            assert_eq!(broad.choose(&looking, choice), Some((Pick::Light(0), 1.0, choice)));
+            assert_eq!(choose(&broad, &looking, choice), Some((Pick::Light(0), 1.0, choice)));
         }
         assert_eq!(broad.pdf_environment(&looking, Vec3::Y), 0.0);
         assert!(broad.pdf_environment(&alone, Vec3::Y) > 0.0);
-        assert_eq!(broad.choose(&alone, 0.99).map(|(pick, ..)| pick), Some(Pick::Environment));
+        assert_eq!(choose(&broad, &alone, 0.99).map(|(pick, ..)| pick), Some(Pick::Environment));
         let sky = Lights::new(vec![], Some(Environment::Constant(Rgb::WHITE)));
         assert!(sky.sample(&looking, 0.5, [0.5; 2]).is_none() && sky.sample(&alone, 0.5, [0.5; 2]).is_some());
         let softboxes = Lights::new(lamp(), Some(Environment::product_shot(1.0, 0.0)));
@@ -503,10 +553,10 @@ mod tests {
         let dark = Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::BLACK, true);
         let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: false };
         let lights = Lights::new(vec![dark, rectangle], Some(Environment::Constant(Rgb::BLACK)));
-        assert_eq!(lights.choose(&to, 0.7), Some((Pick::Light(1), 1.0, 0.7)));
+        assert_eq!(choose(&lights, &to, 0.7), Some((Pick::Light(1), 1.0, 0.7)));
         assert_eq!(lights.tree.probability(&to, 0), 0.0);
         let sky = Lights::new(vec![], Some(Environment::Constant(Rgb::WHITE)));
-        assert_eq!(sky.choose(&to, 0.7), Some((Pick::Environment, 1.0, 0.7)));
-        assert!(Lights::new(vec![], None).choose(&to, 0.7).is_none() && Lights::default().is_empty());
+        assert_eq!(choose(&sky, &to, 0.7), Some((Pick::Environment, 1.0, 0.7)));
+        assert!(choose(&Lights::default(), &to, 0.7).is_none() && Lights::default().is_empty());
     }
 }
