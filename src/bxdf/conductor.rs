@@ -1,7 +1,7 @@
 //! A metal: smooth or rough.
 
 use super::microfacet::{Ggx, GgxValue};
-use super::{Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
+use super::{Drawn, Incidence, LobeKind, LobeSample, energy, fresnel, renormalized};
 use crate::core::{Frame, Rgb};
 use glam::Vec3;
 
@@ -47,7 +47,7 @@ impl Conductor {
     }
 
     #[inline(always)]
-    fn colour(&self, cos: f32) -> Rgb {
+    pub(super) fn colour(&self, cos: f32) -> Rgb {
         self.ior.map_or(self.reflectance, |ior| self.reflectance * ior.reflectance(cos))
     }
 
@@ -74,14 +74,17 @@ impl Conductor {
             let weight = self.colour(at.n.dot(at.wo));
             return Some(LobeSample { wi: at.mirror_direction(), weight, pdf: f32::INFINITY });
         }
+        Self::draw(self.alpha, at, u).coloured(|cos| self.colour(cos))
+    }
+
+    /// A direction from a rough surface, the same for any metal.
+    #[inline(always)]
+    pub fn draw(alpha: f32, at: &Incidence, u: [f32; 2]) -> Drawn {
         let frame = Frame::new(at.n);
-        let sample = self.ggx().sample(at.local_wo(&frame), u);
+        let sample = Ggx { alpha }.sample(at.local_wo(&frame), u);
         let wi = renormalized(frame.to_world(sample.wi));
-        (sample.weight > 0.0 && at.ng.dot(wi) > 0.0).then(|| LobeSample {
-            wi,
-            weight: self.colour(sample.cos_half) * sample.weight,
-            pdf: sample.pdf,
-        })
+        let weight = if at.ng.dot(wi) > 0.0 { sample.weight } else { 0.0 };
+        Drawn { wi, weight, cos_half: sample.cos_half, pdf: sample.pdf }
     }
 
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {

@@ -1,6 +1,6 @@
 //! Lambert's lobe.
 
-use super::{Incidence, LobeSample, renormalized};
+use super::{Drawn, Incidence, LobeSample, renormalized};
 use crate::core::{Frame, Rgb, warp};
 use glam::Vec3;
 
@@ -11,28 +11,17 @@ pub struct Diffuse {
     pub reflectance: Rgb,
 }
 
-/// A direction drawn at a point of a surface, for any diffuse lobe: it depends on the normals alone.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct DiffuseDirection {
-    /// Unit length.
-    pub wi: Vec3,
-    /// Density over solid angle, in 1/sr; zero for a direction into the surface.
-    pub pdf: f32,
-}
-
-impl DiffuseDirection {
-    /// About the shading normal `n` of a surface with geometric normal `ng`. `u` is in `[0, 1)`. Has no branch, so that
-    /// several are drawn side by side.
+impl Diffuse {
+    /// A direction about the shading normal `n` of a surface with geometric normal `ng`, the same for any reflectance.
     #[inline(always)]
-    pub fn draw(n: Vec3, ng: Vec3, u: [f32; 2]) -> Self {
+    pub fn draw(n: Vec3, ng: Vec3, u: [f32; 2]) -> Drawn {
         let local = warp::cosine_hemisphere(u);
         let wi = renormalized(Frame::new(n).to_world(local));
         let leaves = (local.z > 0.0) & (ng.dot(wi) > 0.0);
-        Self { wi, pdf: if leaves { warp::cosine_hemisphere_pdf(local.z) } else { 0.0 } }
+        let weight = if leaves { 1.0 } else { 0.0 };
+        Drawn { wi, weight, cos_half: 1.0, pdf: weight * warp::cosine_hemisphere_pdf(local.z) }
     }
-}
 
-impl Diffuse {
     /// The value is the reflectance times the density.
     #[inline(always)]
     pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
@@ -42,14 +31,7 @@ impl Diffuse {
 
     #[inline(always)]
     pub(super) fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
-        self.sample_along(&DiffuseDirection::draw(at.n, at.ng, u))
-    }
-
-    /// The sample in a direction that was drawn at this point.
-    #[inline(always)]
-    pub fn sample_along(&self, drawn: &DiffuseDirection) -> Option<LobeSample> {
-        let DiffuseDirection { wi, pdf } = *drawn;
-        (pdf > 0.0).then_some(LobeSample { wi, weight: self.reflectance, pdf })
+        Self::draw(at.n, at.ng, u).coloured(|_| self.reflectance)
     }
 
     #[inline]

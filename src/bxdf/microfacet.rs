@@ -57,13 +57,10 @@ impl Ggx {
     #[inline(always)]
     pub fn density(&self, n: Vec3, h: Vec3) -> f32 {
         let (a2, squared_length) = (self.alpha * self.alpha, h.length_squared());
-        if squared_length < f32::MIN_POSITIVE {
-            // Halfway between a direction along the surface and its opposite.
-            return 0.0;
-        }
         // cos^2 (alpha^2 + tan^2) with the sine from the cross product: 1 - cos^2 has no digits on a smooth surface.
         let spread = (a2 * n.dot(h).powi(2) + n.cross(h).length_squared()) / squared_length;
-        a2 / (PI * spread * spread)
+        // None halfway between a direction along the surface and its opposite.
+        if squared_length < f32::MIN_POSITIVE { 0.0 } else { a2 / (PI * spread * spread) }
     }
 
     /// `sqrt(cos^2 + alpha^2 sin^2)`, which Smith's functions of both directions are made of.

@@ -17,7 +17,7 @@ pub mod plastic;
 pub use conductor::{ComplexIor, Conductor};
 pub use cosine_power::{CosinePower, Horizon, PreparedCosinePower};
 pub use dielectric::Dielectric;
-pub use diffuse::{Diffuse, DiffuseDirection};
+pub use diffuse::Diffuse;
 pub use mirror::Mirror;
 pub use plastic::{Coat, Plastic};
 
@@ -87,6 +87,28 @@ pub struct LobeSample {
     pub weight: Rgb,
     /// The density over solid angle, in 1/sr; infinite for a delta lobe.
     pub pdf: f32,
+}
+
+/// A direction drawn from a lobe before its colour is known, without a branch: so that several are drawn side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drawn {
+    /// The direction.
+    pub wi: Vec3,
+    /// `f cos / pdf` without the colour; zero where the sample carries no light.
+    pub weight: f32,
+    /// The cosine of incidence that the colour depends on, if it depends on any.
+    pub cos_half: f32,
+    /// The density over solid angle, in 1/sr.
+    pub pdf: f32,
+}
+
+impl Drawn {
+    /// The sample, with the colour at the cosine of incidence.
+    #[inline(always)]
+    fn coloured(&self, colour: impl FnOnce(f32) -> Rgb) -> Option<LobeSample> {
+        let Self { wi, weight, cos_half, pdf } = *self;
+        (weight > 0.0).then(|| LobeSample { wi, weight: colour(cos_half) * weight, pdf })
+    }
 }
 
 /// One lobe.
@@ -161,6 +183,16 @@ impl Bxdf {
     #[inline(always)]
     pub fn sample(&self, at: &Incidence, u: [f32; 2]) -> Option<LobeSample> {
         dispatch!(self, lobe => lobe.sample(at, u))
+    }
+
+    /// The [`sample`](Self::sample) in a direction that [`Diffuse::draw`] or [`Conductor::draw`] has drawn for this lobe.
+    #[inline(always)]
+    pub fn sample_along(&self, drawn: &Drawn) -> Option<LobeSample> {
+        match self {
+            Self::Diffuse(lobe) => drawn.coloured(|_| lobe.reflectance),
+            Self::Conductor(lobe) => drawn.coloured(|cos| lobe.colour(cos)),
+            _ => unreachable!("no other lobe is drawn with others"),
+        }
     }
 
     /// Draws one direction for each of `us`: [`sample`](Self::sample), with the work that directions at one point

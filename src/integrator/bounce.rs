@@ -5,7 +5,7 @@ use super::guided::{self, GuidedSample};
 use super::path::{Path, Wave};
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection, Incidence, LobeKind};
+use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind};
 use crate::core::lanes::{Floats, LANES};
 use crate::core::{Rgb, Sampler};
 use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
@@ -125,6 +125,21 @@ impl Leaving {
         }
     }
 
+    /// The lobe of the only ray and its numbers, where they are `first`, those of the first lobe, or were left by the choice.
+    #[inline(always)]
+    pub(super) fn only(&self, first: [f32; 2]) -> Option<(usize, [f32; 2])> {
+        let lobe = match self.count {
+            [1, 0, 0] => 0,
+            [0, 1, 0] => 1,
+            [0, 0, 1] => 2,
+            _ => return None,
+        };
+        match self.chosen {
+            Some(chosen) if !self.emission_only[lobe] => Some((lobe, chosen)),
+            _ => (lobe == 0).then_some((lobe, first)),
+        }
+    }
+
     /// Rays not yet made.
     #[inline(always)]
     pub(super) fn remaining(&self) -> usize {
@@ -235,16 +250,18 @@ impl Integrator<'_> {
 
     /// Makes rays that leave a surface until there are no more or the wave is full.
     ///
-    /// `drawn` is what was drawn at the surface, where it is at hand.
+    /// `drawn` is what was drawn at the surface, and the direction of its [only](Leaving::only) ray, where they are at hand.
     #[inline(always)]
     pub(super) fn make_rays(
         &self,
         from: &Reached,
         leaving: &mut Leaving,
         sampler: &Sampler,
-        drawn: Option<Lane>,
+        drawn: Option<(Lane, Option<Drawn>)>,
         wave: &mut Wave,
     ) {
+        let (drawn, direction) = drawn.unzip();
+        let direction = direction.flatten();
         while wave.len() < self.capacity
             && let Some((lobe, number)) = leaving.take()
         {
@@ -257,9 +274,6 @@ impl Integrator<'_> {
                 (None, Some(drawn)) => drawn.lobe(),
                 (None, None) => sampler.pair(index, Dimension::Lobe(lobe).at(depth)),
             };
-            // The direction at hand is by the surface's own numbers, and with its guide.
-            let same = at_hand.filter(|drawn| chosen.is_none() && drawn.guide() == leaving.guide);
-            let direction = same.and_then(Lane::diffuse);
             let survival = || match at_hand {
                 Some(drawn) => drawn.survival(),
                 None => sampler.single(index, Dimension::Survival.at(depth)),
@@ -275,7 +289,7 @@ impl Integrator<'_> {
         from: &Reached,
         leaving: &Leaving,
         (lobe, index): (usize, u32),
-        (u, drawn): ([f32; 2], Option<DiffuseDirection>),
+        (u, drawn): ([f32; 2], Option<Drawn>),
         survival: impl FnOnce() -> f32,
         wave: &mut Wave,
     ) {

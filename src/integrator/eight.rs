@@ -1,10 +1,11 @@
 //! What eight surfaces need, found side by side.
 
-use super::bounce::Dimension;
+use super::bounce::{Dimension, Leaving};
 use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection};
+use crate::bxdf::microfacet::Ggx;
+use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, Incidence};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::scene::{DirectLight, Needs, Scene, SurfaceInteraction};
@@ -22,8 +23,6 @@ pub(super) struct Eight<'a> {
     lobe: Pairs,
     /// The numbers of the guides of diffuse rays, where caustics are.
     guides: [Option<u32>; LANES],
-    /// The directions that `lobe` draws from diffuse lobes with those guides, and their densities.
-    diffuse: Option<(Vectors, Floats)>,
     /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
     choice: Option<Pairs>,
     /// Which light, and the direction towards it.
@@ -72,14 +71,6 @@ impl<'a> Lane<'a> {
     #[inline(always)]
     pub(super) fn guide(self) -> Option<u32> {
         self.eight.guides[self.lane]
-    }
-
-    /// The direction that [`lobe`](Self::lobe) draws from a diffuse lobe with that guide; means nothing where the guide
-    /// itself is to draw it.
-    #[inline(always)]
-    pub(super) fn diffuse(self) -> Option<DiffuseDirection> {
-        let (wi, pdf) = self.eight.diffuse.as_ref()?;
-        Some(DiffuseDirection { wi: wi.get(self.lane), pdf: pdf[self.lane] })
     }
 
     /// Which lobe, and the direction of its ray.
@@ -138,8 +129,6 @@ fn draw(dimension: Dimension, from: [&Path; LANES], samplers: &[Sampler; LANES])
 pub(super) struct Likely {
     /// Which lobe.
     choice: bool,
-    /// A direction from a diffuse lobe that is the first.
-    diffuse: bool,
     /// For lights: where the path goes on, and where it is at its end.
     lights: [Needs; 2],
 }
@@ -158,8 +147,6 @@ impl Likely {
         };
         Self {
             choice: lobes().any(|lobes| lobes.is_none_or(|lobes| lobes.len() > 1)),
-            diffuse: lobes()
-                .any(|lobes| lobes.is_none_or(|lobes| matches!(lobes.first(), Some(Bxdf::Diffuse(_))))),
             lights: [needs(lobes_look), needs(false)],
         }
     }
@@ -198,36 +185,98 @@ impl Integrator<'_> {
         if may_end {
             survival = Some(draw(Dimension::Survival, from, &samplers));
         }
-        let mut diffuse = None;
-        if self.likely.diffuse {
-            diffuse = Some(self.draw_diffuse(&n, &ng, &lobe, &guides));
-        }
-        Eight { points, from, samplers, lobe, guides, diffuse, choice, light, survival }
+        Eight { points, from, samplers, lobe, guides, choice, light, survival }
     }
 
-    /// The directions that numbers draw from diffuse lobes, with guides, and their densities.
+    /// The directions of the rays that leave eight surfaces with these lobes, where each is the only one and its lobe is
+    /// diffuse or a rough metal's.
     #[inline(always)]
-    fn draw_diffuse(
+    pub(super) fn draw_directions(
         &self,
-        n: &Vectors,
-        ng: &Vectors,
-        u: &Pairs,
-        guides: &[Option<u32>; LANES],
-    ) -> (Vectors, Floats) {
-        let [mut x, y] = *u;
-        if let Some(caustics) = self.caustics {
-            for lane in 0..LANES {
-                if let Some(guide) = guides[lane] {
-                    x[lane] = guided::unguided(caustics.cell(guide), x[lane]);
+        eight: &Eight,
+        bsdfs: &[Option<&Bsdf>; LANES],
+        leaving: &[Leaving; LANES],
+    ) -> Directions {
+        let [mut wo, mut n, mut ng] = [Vectors::default(); 3];
+        let [mut x, mut y, mut alpha] = [Floats::default(); 3];
+        let [mut diffuse, mut metal] = [[false; LANES]; 2];
+        for (lane, leaving) in leaving.iter().enumerate() {
+            let drawn = Lane { eight, lane };
+            let Some(bsdf) = bsdfs[lane] else { continue };
+            let Some((lobe, u)) = leaving.only(drawn.lobe()) else { continue };
+            [x[lane], y[lane]] = u;
+            match bsdf.lobe(lobe) {
+                Bxdf::Diffuse(_) => {
+                    diffuse[lane] = true;
+                    if let (Some(caustics), Some(guide)) = (self.caustics, leaving.guide) {
+                        x[lane] = guided::unguided(caustics.cell(guide), x[lane]);
+                    }
                 }
+                Bxdf::Conductor(lobe) if lobe.alpha >= Ggx::SMOOTH => {
+                    metal[lane] = true;
+                    alpha[lane] = lobe.alpha;
+                }
+                _ => continue,
+            }
+            let Incidence { wo: view, n: shading, ng: geometric, .. } = drawn.point().at;
+            wo.set(lane, view);
+            n.set(lane, shading);
+            ng.set(lane, geometric);
+        }
+        let mut directions = Directions::default();
+        if diffuse.contains(&true) {
+            for lane in 0..LANES {
+                directions.set(lane, Diffuse::draw(n.get(lane), ng.get(lane), [x[lane], y[lane]]));
             }
         }
-        let (mut wi, mut pdf) = (Vectors::default(), Floats::default());
-        for lane in 0..LANES {
-            let drawn = DiffuseDirection::draw(n.get(lane), ng.get(lane), [x[lane], y[lane]]);
-            wi.set(lane, drawn.wi);
-            pdf[lane] = drawn.pdf;
+        if metal.contains(&true) {
+            let mut metals = Directions::default();
+            for lane in 0..LANES {
+                let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+                metals.set(lane, Conductor::draw(alpha[lane], &at, [x[lane], y[lane]]));
+            }
+            for lane in 0..LANES {
+                let of = if metal[lane] { &metals } else { &directions };
+                directions.set(lane, of.of_lane(lane));
+            }
         }
-        (wi, pdf)
+        for lane in 0..LANES {
+            directions.there[lane] = diffuse[lane] | metal[lane];
+        }
+        directions
+    }
+}
+
+/// Directions of eight rays, where they are known.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Directions {
+    wi: Vectors,
+    weight: Floats,
+    cos_half: Floats,
+    pdf: Floats,
+    there: [bool; LANES],
+}
+
+impl Directions {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, drawn: Drawn) {
+        self.wi.set(lane, drawn.wi);
+        (self.weight[lane], self.cos_half[lane], self.pdf[lane]) = (drawn.weight, drawn.cos_half, drawn.pdf);
+    }
+
+    #[inline(always)]
+    fn of_lane(&self, lane: usize) -> Drawn {
+        Drawn {
+            wi: self.wi.get(lane),
+            weight: self.weight[lane],
+            cos_half: self.cos_half[lane],
+            pdf: self.pdf[lane],
+        }
+    }
+
+    /// The direction in a lane.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Option<Drawn> {
+        self.there[lane].then(|| self.of_lane(lane))
     }
 }

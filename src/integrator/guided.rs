@@ -2,7 +2,7 @@
 
 use super::bounce::Leaving;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, DiffuseDirection, Incidence, LobeKind, LobeSample};
+use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind, LobeSample};
 use crate::core::Rgb;
 use crate::guiding::Cell;
 use glam::Vec3;
@@ -54,19 +54,19 @@ pub(super) struct GuidedSample {
     pub favour: f32,
 }
 
-/// Draws a direction from the mixture of a lobe and its guide; `drawn` is what the numbers `u` draw from the lobe, should
-/// it be a diffuse one, where that is at hand.
+/// Draws a direction from the mixture of a lobe and its guide; `drawn` is what the numbers `u` draw from the lobe, where
+/// that is at hand.
 #[inline(always)]
 pub(super) fn sample(
     bxdf: &Bxdf,
     at: &Incidence,
     guide: Option<Guide>,
     u: [f32; 2],
-    drawn: Option<DiffuseDirection>,
+    drawn: Option<Drawn>,
 ) -> Option<GuidedSample> {
-    let of_lobe = |u: [f32; 2]| match (bxdf, drawn) {
-        (Bxdf::Diffuse(lobe), Some(drawn)) => lobe.sample_along(&drawn),
-        _ => bxdf.sample(at, u),
+    let of_lobe = |u: [f32; 2]| match drawn {
+        Some(drawn) => bxdf.sample_along(&drawn),
+        None => bxdf.sample(at, u),
     };
     let Some(Guide { cell, p }) = guide else {
         return of_lobe(u).map(|sample| GuidedSample { sample, favour: 1.0 });

@@ -8,7 +8,7 @@ use super::path::{Path, Vertex, Wave};
 use super::roots::Roots;
 use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
-use crate::bxdf::Bsdf;
+use crate::bxdf::{Bsdf, Drawn};
 use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{LightSample, Receivers};
@@ -128,11 +128,12 @@ impl Integrator<'_> {
         Some(bsdf)
     }
 
-    /// What a surface reflects of light from elsewhere: of `light` straight from a light, and by the rays that leave.
+    /// What a surface reflects of light from elsewhere: of `light` straight from a light, and by the rays that leave, of
+    /// which the only one may have its `direction`.
     #[inline(always)]
     pub(super) fn reflect(
         &self,
-        drawn: Lane,
+        (drawn, direction): (Lane, Option<Drawn>),
         bsdf: &Bsdf,
         leaving: &mut Leaving,
         light: Option<LightSample>,
@@ -152,7 +153,7 @@ impl Integrator<'_> {
             Some(Unoccluded { radiance, ray: None }) => out.add(path, radiance),
             None => {}
         }
-        self.make_rays(&from, leaving, sampler, Some(drawn), out.next);
+        self.make_rays(&from, leaving, sampler, Some((drawn, direction)), out.next);
         if leaving.remaining() > 0 {
             out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving: *leaving });
         }

@@ -328,9 +328,11 @@ impl<'a> Integrator<'a> {
         if self.samples_lights != [false; 2] {
             self.sample_lights(&eight, &bsdfs, &leaving, &mut lights);
         }
+        let directions = self.draw_directions(&eight, &bsdfs, &leaving);
         for (lane, leaving) in leaving.iter_mut().enumerate() {
             if let Some(bsdf) = bsdfs[lane] {
-                self.reflect(drawn(lane), bsdf, leaving, lights.get(lane), out);
+                let ray = (drawn(lane), directions.get(lane));
+                self.reflect(ray, bsdf, leaving, lights.get(lane), out);
             }
         }
     }
