@@ -252,9 +252,10 @@ impl EnvironmentImage {
     }
 
     /// Radiance at the four corners of a cell.
-    #[inline]
+    #[inline(always)]
     fn corners(&self, row: usize, column: usize) -> [[Rgb; 2]; 2] {
-        [row, row + 1].map(|k| [column, column + 1].map(|i| *self.pixel(k, i)))
+        let at = |k, i| *self.pixel(k, i);
+        [[at(row, column), at(row, column + 1)], [at(row + 1, column), at(row + 1, column + 1)]]
     }
 
     /// The function that sampling follows, at the four corners of a cell.
@@ -264,13 +265,11 @@ impl EnvironmentImage {
     }
 
     /// Luminance above `level` times the sine of the polar angle, of the corners of a cell.
-    #[inline]
-    fn by_sine(&self, row: usize, [top, bottom]: [[Rgb; 2]; 2], level: f32) -> [[f32; 2]; 2] {
+    #[inline(always)]
+    fn by_sine(&self, row: usize, [[a, b], [c, d]]: [[Rgb; 2]; 2], level: f32) -> [[f32; 2]; 2] {
         let above = |pixel: Rgb| (pixel.luminance() - level).max(0.0);
-        [
-            top.map(|pixel| above(pixel) * self.grid[row].sin_theta),
-            bottom.map(|pixel| above(pixel) * self.grid[row + 1].sin_theta),
-        ]
+        let [top, bottom] = [self.grid[row].sin_theta, self.grid[row + 1].sin_theta];
+        [[above(a) * top, above(b) * top], [above(c) * bottom, above(d) * bottom]]
     }
 
     /// Where a direction looks up the image: in cells from the left, and down as a fraction; and the sine of its polar angle.
@@ -366,23 +365,24 @@ impl EnvironmentImage {
     /// Directions within cells, by two numbers each.
     #[inline(always)]
     fn directions(&self, cells: &Cells, [x, y]: &[[f64; LANES]; 2]) -> EightSamples {
-        let (mut samples, mut at, mut sines) =
-            (EightSamples::default(), [Floats::default(); 2], Floats::default());
-        let [sin, cos] = self.turn;
+        let (mut samples, mut at) = (EightSamples::default(), [Floats::default(); 2]);
+        let (mut v, mut sines) = (Floats::default(), Floats::default());
         for i in 0..LANES {
             // Within the cell: the height by the sums of both sides, then along the line.
-            let [a, b, c, d] = cells.weights.map(|w| w[i]);
+            let [a, b, c, d] = &cells.weights;
+            let (a, b, c, d) = (a[i], b[i], c[i], d[i]);
             let t = invert_linear(y[i], a + b, c + d);
-            let s = invert_linear(x[i], a + (c - a) * t, b + (d - b) * t);
-
-            let v = cells.v[0][i] + t * (cells.v[1][i] - cells.v[0][i]);
-            let (cos_theta, sin_theta) = warp::unit_vector(0.5 * v).into();
-            let (cos_phi, sin_phi) =
-                warp::unit_vector((cells.column[i] + 0.5 + s) / self.width as f32).into();
-            let (x, z) = (sin_theta * sin_phi, -sin_theta * cos_phi);
-            samples.wi.set(i, Vec3::new(cos * x + sin * z, cos_theta, cos * z - sin * x).normalize());
-
-            (at[0][i], at[1][i], sines[i]) = (s, t, if sin_theta > POLE { sin_theta } else { POLE });
+            at[0][i] = invert_linear(x[i], a + (c - a) * t, b + (d - b) * t);
+            at[1][i] = t;
+            v[i] = cells.v[0][i] + t * (cells.v[1][i] - cells.v[0][i]);
+        }
+        let ([sin, cos], width) = (self.turn, self.width as f32);
+        for i in 0..LANES {
+            let theta = warp::unit_vector(0.5 * v[i]);
+            let phi = warp::unit_vector((cells.column[i] + 0.5 + at[0][i]) / width);
+            let (x, z) = (theta.y * phi.y, -theta.y * phi.x);
+            samples.wi.set(i, Vec3::new(cos * x + sin * z, theta.x, cos * z - sin * x).normalize());
+            sines[i] = if theta.y > POLE { theta.y } else { POLE };
         }
         let (le, pdf) = cells.le_and_pdf(&at, &sines);
         for i in 0..LANES {
