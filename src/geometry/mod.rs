@@ -76,21 +76,21 @@ impl Shape {
 const WORTH_ASKING: usize = 1 << 13;
 
 /// Asks for the triangles of hits that come eight to sixteen hits later, and for what tells where those are that come
-/// after 24: to be called every eight hits with those that are next.
+/// after 24: to be called every eight hits with those that are `next`, by number.
 #[inline(always)]
-pub fn prefetch_hits(shapes: &[Shape], next: &[Option<Hit>]) {
+pub fn prefetch_hits<'a>(shapes: &[Shape], next: impl Fn(usize) -> Option<&'a Hit>) {
     // Where the very next hit is on a small mesh, the others may be too.
-    match next.first() {
-        Some(Some(hit)) if large_mesh(shapes, hit).is_none() => return,
+    match next(0) {
+        Some(hit) if large_mesh(shapes, hit).is_none() => return,
         _ => {}
     }
     for i in LANES..2 * LANES {
-        if let Some(Some(soon)) = next.get(i)
+        if let Some(soon) = next(i)
             && let Some(mesh) = large_mesh(shapes, soon)
         {
             mesh.prefetch_corners(soon.prim_id);
         }
-        if let Some(Some(later)) = next.get(i + 2 * LANES)
+        if let Some(later) = next(i + 2 * LANES)
             && let Some(mesh) = large_mesh(shapes, later)
         {
             mesh.prefetch_indices(later.prim_id);

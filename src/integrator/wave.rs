@@ -30,6 +30,8 @@ pub struct Integrator<'a> {
     pub(super) samples_lights: [bool; 2],
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
+    /// The kind of each geometry: see [`kind_of`].
+    kinds: Vec<u8>,
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
     /// Where diffuse surfaces look for caustics, if there are any.
@@ -58,6 +60,7 @@ pub struct Scratch {
     wave: Wave,
     next: Wave,
     hits: Vec<Option<Hit>>,
+    order: Order,
     shadows: Shadows,
     waiting: Waiting,
     /// What denoisers are told of each root; empty where nobody asks.
@@ -97,6 +100,66 @@ impl Waiting {
     }
 }
 
+/// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
+/// turns, otherwise in their order, so that neighbours stay neighbours.
+#[derive(Default)]
+struct Order {
+    /// Numbers of the rays.
+    rays: Vec<u32>,
+    /// Where each kind ends.
+    ends: [usize; Self::KINDS],
+}
+
+impl Order {
+    /// The kind of rays that hit nothing.
+    const MISSED: usize = 5;
+    const KINDS: usize = Self::MISSED + 1;
+
+    /// Sorts rays by their `hits`, where `kinds` tells of each geometry.
+    #[inline(always)]
+    fn sort(&mut self, hits: &[Option<Hit>], kinds: &[u8]) {
+        let kind = |hit: &Option<Hit>| match hit {
+            Some(hit) => usize::from(kinds[hit.geom_id as usize]),
+            None => Self::MISSED,
+        };
+        let mut counts = [0; Self::KINDS];
+        for hit in hits {
+            counts[kind(hit)] += 1;
+        }
+        let mut before = 0;
+        for (end, count) in self.ends.iter_mut().zip(counts) {
+            *end = before;
+            before += count;
+        }
+        self.rays.resize(hits.len(), 0);
+        for (i, hit) in (0..).zip(hits) {
+            let end = &mut self.ends[kind(hit)];
+            self.rays[*end] = i;
+            *end += 1;
+        }
+    }
+
+    /// Each kind with its rays.
+    #[inline(always)]
+    fn by_kind(&self) -> impl Iterator<Item = (usize, &[u32])> {
+        let mut start = 0;
+        self.ends.iter().enumerate().map(move |(kind, &end)| {
+            let rays = &self.rays[start..end];
+            start = end;
+            (kind, rays)
+        })
+    }
+}
+
+/// The kind of a surface.
+fn kind_of(bsdf: Option<&Bsdf>) -> u8 {
+    match bsdf.map(Bsdf::lobes) {
+        Some([]) => 0,
+        Some([lobe]) => 1 + lobe.kind() as u8,
+        _ => 4,
+    }
+}
+
 impl<'a> Integrator<'a> {
     /// An integrator for a scene and the structure built from its shapes.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator) -> Self {
@@ -105,9 +168,11 @@ impl<'a> Integrator<'a> {
         let bsdfs: Vec<_> = scene.materials.iter().map(Material::uniform_bsdf).collect();
         let planned = Plan::of(scene).samples_lights;
         let samples_lights = [false, true].map(|looks| planned && scene.lights.needs(looks).direction);
+        let kinds = scene.geometries.iter().map(|g| kind_of(bsdfs[g.material as usize].as_ref())).collect();
         Self {
             scene,
             accel,
+            kinds,
             samples_lights,
             likely: Likely::of(scene, samples_lights, &bsdfs),
             bsdfs,
@@ -256,34 +321,26 @@ impl<'a> Integrator<'a> {
     /// Shades the hits of one class of the wave.
     #[inline(always)]
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
-        let Scratch { roots, wave, next, hits, shadows, waiting, trails } = scratch;
+        let Scratch { roots, wave, next, hits, order, shadows, waiting, trails } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
         let mut out = Outgoing { roots, next, waiting, shadows, trails, tally };
-        let mut next = 0;
-        let (mut missed, mut misses) = ([0; LANES], 0);
-        while next < hits.len() {
-            // The next eight hits, and misses on the way to them.
-            let (mut group, mut found) = ([0; LANES], 0);
-            while found < LANES && next < hits.len() {
-                if hits[next].is_some() {
-                    group[found] = next;
-                    found += 1;
-                } else {
-                    missed[misses] = next;
-                    misses += 1;
-                    if misses == LANES {
-                        self.miss(missed.map(|i| (&paths[i], &rays[i])), misses, &mut out);
-                        misses = 0;
-                    }
+        order.sort(hits, &self.kinds);
+        for (kind, rays_of_kind) in order.by_kind() {
+            for (k, group) in rays_of_kind.chunks(LANES).enumerate() {
+                // Lanes without a ray of their own repeat the first.
+                let mut eight = [group[0] as usize; LANES];
+                for (lane, &i) in eight.iter_mut().zip(group) {
+                    *lane = i as usize;
                 }
-                next += 1;
+                if kind == Order::MISSED {
+                    self.miss(eight.map(|i| (&paths[i], &rays[i])), group.len(), &mut out);
+                } else {
+                    let next = &rays_of_kind[k * LANES + group.len()..];
+                    self.scene.prefetch(|i| hits[*next.get(i)? as usize].as_ref());
+                    self.shade_group(eight, group.len(), paths, rays, hits, &mut out);
+                }
             }
-            self.scene.prefetch(&hits[next..]);
-            self.shade_group(group, found, paths, rays, hits, &mut out);
-        }
-        if misses > 0 {
-            self.miss(missed.map(|i| (&paths[i], &rays[i])), misses, &mut out);
         }
     }
 
@@ -291,22 +348,15 @@ impl<'a> Integrator<'a> {
     #[inline(always)]
     fn shade_group(
         &self,
-        mut group: [usize; LANES],
+        group: [usize; LANES],
         found: usize,
         paths: &[Path],
         rays: &[Ray],
         hits: &[Option<Hit>],
         out: &mut Outgoing,
     ) {
-        if found == 0 {
-            return;
-        }
-        // Lanes without a hit of their own repeat the first.
-        let first = group[0];
-        for lane in 0..LANES {
-            group[lane] = if lane < found { group[lane] } else { first };
-        }
         let hit = |i: usize| hits[i].as_ref().expect("a group is of hits");
+        let first = group[0];
         let (mut seen, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
         let mut samplers = [*out.roots.sampler(paths[first].slot); LANES];
         for (lane, i) in group.into_iter().enumerate() {

@@ -48,7 +48,7 @@ impl Scene {
 
     /// Asks for what the next hits will need, to be called every eight: see [`prefetch_hits`].
     #[inline(always)]
-    pub fn prefetch(&self, next: &[Option<Hit>]) {
+    pub fn prefetch<'a>(&self, next: impl Fn(usize) -> Option<&'a Hit>) {
         prefetch_hits(&self.shapes, next);
     }
 

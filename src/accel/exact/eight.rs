@@ -68,7 +68,7 @@ pub(in crate::accel) fn settle(
 ) {
     for start in (0..rays.len()).step_by(LANES) {
         let (hits, soon) = hits[start..].split_at_mut(LANES.min(rays.len() - start));
-        prefetch_hits(shapes, soon);
+        prefetch_hits(shapes, |i| soon.get(i)?.as_ref());
         let rays = &rays[start..start + hits.len()];
         let points = EightPoints::new(shapes, rays, hits);
         for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
