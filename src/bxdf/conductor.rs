@@ -48,7 +48,10 @@ impl Conductor {
 
     #[inline(always)]
     pub(super) fn colour(&self, cos: f32) -> Rgb {
-        self.ior.map_or(self.reflectance, |ior| self.reflectance * ior.reflectance(cos))
+        match self.ior {
+            Some(ior) => self.reflectance * ior.reflectance(cos),
+            None => self.reflectance,
+        }
     }
 
     #[inline]

@@ -9,7 +9,7 @@ use super::roots::Roots;
 use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
 use crate::bxdf::{Bsdf, Drawn};
-use crate::core::lanes::{LANES, Vectors};
+use crate::core::lanes::Vectors;
 use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{LightSample, Receivers};
 
@@ -55,19 +55,21 @@ pub(super) struct Seen<'a> {
 }
 
 impl Integrator<'_> {
-    /// What the first `count` of eight rays see that hit nothing: the environment.
+    /// What up to eight rays of paths see that hit nothing, by their numbers: the environment.
     #[inline(always)]
-    pub(super) fn miss(&self, rays: [(&Path, &Ray); LANES], count: usize, out: &mut Outgoing) {
+    pub(super) fn miss(&self, group: &[u32], paths: &[Path], rays: &[Ray], out: &mut Outgoing) {
         if self.scene.lights.environment.is_none() {
             return;
         }
         let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
-        for (lane, (path, ray)) in rays.iter().enumerate().take(count) {
+        for (lane, &i) in group.iter().enumerate() {
+            let (path, ray) = (&paths[i as usize], &rays[i as usize]);
             receivers.set(lane, &path.receiver(ray.origin));
             directions.set(lane, ray.dir);
         }
         let ([r, g, b], pdf) = self.scene.lights.environment_and_pdf(&receivers, &directions);
-        for (lane, (path, _)) in rays.iter().enumerate().take(count) {
+        for (lane, &i) in group.iter().enumerate() {
+            let path = &paths[i as usize];
             let le = Rgb::new(r[lane], g[lane], b[lane]);
             let seen = le * self.found_weight(path, || pdf[lane]);
             out.add(path, self.bounded(path.beta * seen, path.depth));

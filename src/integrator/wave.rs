@@ -328,17 +328,12 @@ impl<'a> Integrator<'a> {
         order.sort(hits, &self.kinds);
         for (kind, rays_of_kind) in order.by_kind() {
             for (k, group) in rays_of_kind.chunks(LANES).enumerate() {
-                // Lanes without a ray of their own repeat the first.
-                let mut eight = [group[0] as usize; LANES];
-                for (lane, &i) in eight.iter_mut().zip(group) {
-                    *lane = i as usize;
-                }
                 if kind == Order::MISSED {
-                    self.miss(eight.map(|i| (&paths[i], &rays[i])), group.len(), &mut out);
+                    self.miss(group, paths, rays, &mut out);
                 } else {
                     let next = &rays_of_kind[k * LANES + group.len()..];
                     self.scene.prefetch(|i| hits[*next.get(i)? as usize].as_ref());
-                    self.shade_group(eight, group.len(), paths, rays, hits, &mut out);
+                    self.shade_group(group, paths, rays, hits, &mut out);
                 }
             }
         }
@@ -348,18 +343,19 @@ impl<'a> Integrator<'a> {
     #[inline(always)]
     fn shade_group(
         &self,
-        group: [usize; LANES],
-        found: usize,
+        group: &[u32],
         paths: &[Path],
         rays: &[Ray],
         hits: &[Option<Hit>],
         out: &mut Outgoing,
     ) {
         let hit = |i: usize| hits[i].as_ref().expect("a group is of hits");
-        let first = group[0];
+        // Lanes without a hit of their own repeat the first.
+        let first = group[0] as usize;
         let (mut seen, mut from) = ([(&rays[first], hit(first)); LANES], [&paths[first]; LANES]);
         let mut samplers = [*out.roots.sampler(paths[first].slot); LANES];
-        for (lane, i) in group.into_iter().enumerate() {
+        for (lane, &i) in group.iter().enumerate() {
+            let i = i as usize;
             seen[lane] = (&rays[i], hit(i));
             from[lane] = &paths[i];
             samplers[lane] = *out.roots.sampler(paths[i].slot);
@@ -370,7 +366,7 @@ impl<'a> Integrator<'a> {
 
         let (mut here, mut leaving) = ([const { None }; LANES], [Leaving::default(); LANES]);
         let mut bsdfs = [None; LANES];
-        for ((lane, here), leaving) in (0..found).zip(&mut here).zip(&mut leaving) {
+        for ((lane, here), leaving) in (0..group.len()).zip(&mut here).zip(&mut leaving) {
             let (ray, hit) = seen[lane];
             bsdfs[lane] = self.look_at(&Seen { ray, hit, drawn: drawn(lane) }, here, leaving, out);
         }

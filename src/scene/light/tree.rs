@@ -197,7 +197,10 @@ impl LightTree {
     /// The same for each of eight receivers.
     #[inline(always)]
     pub(super) fn importances(&self, to: &Receivers) -> Floats {
-        self.all.as_ref().map_or(Floats::default(), |all| all.importances(to))
+        match &self.all {
+            Some(all) => all.importances(to),
+            None => Floats::default(),
+        }
     }
 
     /// A light for each receiver, the probability of choosing it, and what is left of the numbers `choice`: uniform in
