@@ -186,6 +186,9 @@ impl Bxdf {
     }
 
     /// The [`sample`](Self::sample) in a direction that [`Diffuse::draw`] or [`Conductor::draw`] has drawn for this lobe.
+    ///
+    /// # Panics
+    /// If it is another kind of lobe.
     #[inline(always)]
     pub fn sample_along(&self, drawn: &Drawn) -> Option<LobeSample> {
         match self {

@@ -4,8 +4,7 @@ use super::bounce::{Dimension, Leaving};
 use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::microfacet::Ggx;
-use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, Incidence};
+use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, Incidence, LobeKind};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::scene::{DirectLight, Needs, Scene, SurfaceInteraction};
@@ -208,11 +207,12 @@ impl Integrator<'_> {
             match bsdf.lobe(lobe) {
                 Bxdf::Diffuse(_) => {
                     diffuse[lane] = true;
+                    // Where the number asks the guide, nobody looks at what it would draw from the lobe.
                     if let (Some(caustics), Some(guide)) = (self.caustics, leaving.guide) {
                         x[lane] = guided::unguided(caustics.cell(guide), x[lane]);
                     }
                 }
-                Bxdf::Conductor(lobe) if lobe.alpha >= Ggx::SMOOTH => {
+                bxdf @ Bxdf::Conductor(lobe) if bxdf.kind() == LobeKind::Glossy => {
                     metal[lane] = true;
                     alpha[lane] = lobe.alpha;
                 }

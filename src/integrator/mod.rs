@@ -1,9 +1,9 @@
 //! Radiance from rays: the wave loop and what it decides at a surface.
 //!
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
-//! accelerator as one slice, each hit is shaded, shadow rays go as a second slice, and the rays that leave make the
-//! next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one hit), `eight` (what eight hits need,
-//! found side by side), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! accelerator as one slice, hits are shaded by eight, surfaces of a kind together (`order`), shadow rays go as a second
+//! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
+//! hit), `eight` (what eight hits need, found side by side), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
 //! caustics) and `occlusion` (reflections of the environment without rays); `roots` is where it all comes together.
 //! Knows nothing of threads, files or progress.
 
@@ -13,6 +13,7 @@ mod eight;
 mod guide;
 mod guided;
 mod occlusion;
+mod order;
 mod path;
 mod roots;
 mod tally;

@@ -3,6 +3,7 @@
 use super::bounce::Leaving;
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
+use super::order::{Order, kind_of};
 use super::path::{Path, Rays, Vertex, Wave};
 use super::roots::Roots;
 use super::tally::{RayClass, RayLog, Tally};
@@ -97,66 +98,6 @@ impl Waiting {
     fn clear(&mut self) {
         self.lists.iter_mut().for_each(Vec::clear);
         self.spare.append(&mut self.lists);
-    }
-}
-
-/// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
-/// turns, otherwise in their order, so that neighbours stay neighbours.
-#[derive(Default)]
-struct Order {
-    /// Numbers of the rays.
-    rays: Vec<u32>,
-    /// Where each kind ends.
-    ends: [usize; Self::KINDS],
-}
-
-impl Order {
-    /// The kind of rays that hit nothing.
-    const MISSED: usize = 5;
-    const KINDS: usize = Self::MISSED + 1;
-
-    /// Sorts rays by their `hits`, where `kinds` tells of each geometry.
-    #[inline(always)]
-    fn sort(&mut self, hits: &[Option<Hit>], kinds: &[u8]) {
-        let kind = |hit: &Option<Hit>| match hit {
-            Some(hit) => usize::from(kinds[hit.geom_id as usize]),
-            None => Self::MISSED,
-        };
-        let mut counts = [0; Self::KINDS];
-        for hit in hits {
-            counts[kind(hit)] += 1;
-        }
-        let mut before = 0;
-        for (end, count) in self.ends.iter_mut().zip(counts) {
-            *end = before;
-            before += count;
-        }
-        self.rays.resize(hits.len(), 0);
-        for (i, hit) in (0..).zip(hits) {
-            let end = &mut self.ends[kind(hit)];
-            self.rays[*end] = i;
-            *end += 1;
-        }
-    }
-
-    /// Each kind with its rays.
-    #[inline(always)]
-    fn by_kind(&self) -> impl Iterator<Item = (usize, &[u32])> {
-        let mut start = 0;
-        self.ends.iter().enumerate().map(move |(kind, &end)| {
-            let rays = &self.rays[start..end];
-            start = end;
-            (kind, rays)
-        })
-    }
-}
-
-/// The kind of a surface.
-fn kind_of(bsdf: Option<&Bsdf>) -> u8 {
-    match bsdf.map(Bsdf::lobes) {
-        Some([]) => 0,
-        Some([lobe]) => 1 + lobe.kind() as u8,
-        _ => 4,
     }
 }
 

@@ -1,0 +1,89 @@
+//! In which order the rays of a wave are shaded.
+
+use crate::bxdf::Bsdf;
+use crate::core::Hit;
+
+/// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
+/// turns, otherwise in their order, so that neighbours stay neighbours.
+#[derive(Default)]
+pub(super) struct Order {
+    /// Numbers of the rays.
+    rays: Vec<u32>,
+    /// Where each kind ends.
+    ends: [usize; Self::KINDS],
+}
+
+impl Order {
+    /// The kind of rays that hit nothing.
+    pub(super) const MISSED: usize = 5;
+    const KINDS: usize = Self::MISSED + 1;
+
+    /// Sorts rays by their `hits`, where `kinds` tells of each geometry.
+    #[inline(always)]
+    pub(super) fn sort(&mut self, hits: &[Option<Hit>], kinds: &[u8]) {
+        let kind = |hit: &Option<Hit>| match hit {
+            Some(hit) => usize::from(kinds[hit.geom_id as usize]),
+            None => Self::MISSED,
+        };
+        let mut counts = [0; Self::KINDS];
+        for hit in hits {
+            counts[kind(hit)] += 1;
+        }
+        let mut before = 0;
+        for (end, count) in self.ends.iter_mut().zip(counts) {
+            *end = before;
+            before += count;
+        }
+        self.rays.resize(hits.len(), 0);
+        for (i, hit) in (0..).zip(hits) {
+            let end = &mut self.ends[kind(hit)];
+            self.rays[*end] = i;
+            *end += 1;
+        }
+    }
+
+    /// Each kind with its rays.
+    #[inline(always)]
+    pub(super) fn by_kind(&self) -> impl Iterator<Item = (usize, &[u32])> {
+        let mut start = 0;
+        self.ends.iter().enumerate().map(move |(kind, &end)| {
+            let rays = &self.rays[start..end];
+            start = end;
+            (kind, rays)
+        })
+    }
+}
+
+/// The kind of a surface.
+pub(super) fn kind_of(bsdf: Option<&Bsdf>) -> u8 {
+    match bsdf.map(Bsdf::lobes) {
+        Some([]) => 0,
+        Some([lobe]) => 1 + lobe.kind() as u8,
+        _ => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_ray_is_in_the_group_of_what_it_hit_and_in_its_order_there() {
+        let kinds = [2, 0, 4, 2];
+        let hit = |geom_id| Some(Hit { t: 1.0, u: 0.0, v: 0.0, geom_id, prim_id: 0 });
+        let hits = [hit(3), None, hit(1), hit(0), hit(2), None, hit(3)];
+        let mut order = Order::default();
+        // Nothing stays of an earlier, longer wave.
+        for wave in [&hits[..], &hits[..4], &hits[..0]] {
+            order.sort(wave, &kinds);
+            let expected = |kind: usize| -> Vec<u32> {
+                let of =
+                    |hit: &Option<Hit>| hit.map_or(Order::MISSED, |hit| kinds[hit.geom_id as usize].into());
+                (0..).zip(wave).filter(|(_, hit)| of(hit) == kind).map(|(i, _)| i).collect()
+            };
+            for (kind, rays) in order.by_kind() {
+                assert_eq!(rays, expected(kind), "kind {kind} of {} rays", wave.len());
+            }
+        }
+    }
+}
