@@ -148,6 +148,20 @@ impl Integrator<'_> {
         })
     }
 
+    /// What a path's ray has found of the environment, by how much it counts.
+    #[inline(always)]
+    pub(super) fn environment_seen(&self, path: &Path, ray: &Ray) -> Rgb {
+        let lights = &self.scene.lights;
+        match &lights.environment {
+            None => Rgb::BLACK,
+            Some(environment) if path.rate == f32::INFINITY => environment.le(ray.dir),
+            Some(_) => {
+                let (le, pdf) = lights.environment_and_pdf(&path.receiver(ray.origin), ray.dir);
+                le * self.found_weight(path, || pdf)
+            }
+        }
+    }
+
     /// How much light counts that a path's ray has found, where lights are sampled there with the density `pdf_of_light`.
     #[inline(always)]
     pub(super) fn found_weight(&self, path: &Path, pdf_of_light: impl FnOnce() -> f32) -> f32 {

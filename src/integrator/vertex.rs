@@ -58,16 +58,20 @@ impl Integrator<'_> {
     /// What up to eight rays of paths see that hit nothing, by their numbers: the environment.
     #[inline(always)]
     pub(super) fn miss(&self, group: &[u32], paths: &[Path], rays: &[Ray], out: &mut Outgoing) {
-        if self.scene.lights.environment.is_none() {
+        let lights = &self.scene.lights;
+        let Some(image) = lights.image() else {
+            for (path, ray) in group.iter().map(|&i| (&paths[i as usize], &rays[i as usize])) {
+                out.add(path, self.bounded(path.beta * self.environment_seen(path, ray), path.depth));
+            }
             return;
-        }
+        };
         let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
         for (lane, &i) in group.iter().enumerate() {
             let (path, ray) = (&paths[i as usize], &rays[i as usize]);
             receivers.set(lane, &path.receiver(ray.origin));
             directions.set(lane, ray.dir);
         }
-        let ([r, g, b], pdf) = self.scene.lights.environment_and_pdf(&receivers, &directions);
+        let ([r, g, b], pdf) = lights.image_and_pdf(image, &receivers, &directions);
         for (lane, &i) in group.iter().enumerate() {
             let path = &paths[i as usize];
             let le = Rgb::new(r[lane], g[lane], b[lane]);

@@ -1,12 +1,16 @@
 //! All lights of a scene, and which of them to ask.
 
 use super::bounds::LightBounds;
+use super::environment::EnvironmentImage;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::unit::below_one;
-use super::{EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight};
+use super::{
+    EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight,
+    SphereLight,
+};
 use crate::core::lanes::{Floats, LANES, Vectors};
-use crate::core::sampler;
+use crate::core::{Rgb, sampler};
 use glam::Vec3;
 
 /// All lights of a scene and how one is chosen.
@@ -88,18 +92,24 @@ impl Lights {
         for lane in 0..LANES {
             (wide[0][lane], wide[1][lane]) = (f64::from(u[0][lane]), f64::from(u[1][lane]));
         }
-        let simple = self.simple(to);
-        if let Some(Light::Rectangle(light)) = simple {
-            // The most frequent case by far, without the detours of the others.
-            *samples = RectangleLight::sample_eight(|_| light, to, &wide, to.there);
-            samples.chosen_with(&[1.0; LANES]);
-        } else {
-            if simple.is_none() {
-                wide = widen(fine(), u);
+        // Where there is one light only, without the detours of the others.
+        match self.simple(to) {
+            Some(Light::Rectangle(light)) => {
+                *samples = RectangleLight::sample_eight(|_| light, to, &wide, to.there);
+                samples.chosen_with(&[1.0; LANES]);
             }
-            let (picks, probability, u) = self.choose(to, wide);
-            self.sample_lights(to, &picks, &u, samples);
-            samples.chosen_with(&probability);
+            Some(Light::Sphere(light)) => {
+                *samples = SphereLight::sample_eight(|_| light, to, &wide, to.there);
+                samples.chosen_with(&[1.0; LANES]);
+            }
+            simple => {
+                if simple.is_none() {
+                    wide = widen(fine(), u);
+                }
+                let (picks, probability, u) = self.choose(to, wide);
+                self.sample_lights(to, &picks, &u, samples);
+                samples.chosen_with(&probability);
+            }
         }
     }
 
@@ -138,12 +148,13 @@ impl Lights {
         u: &[[f64; LANES]; 2],
         samples: &mut EightSamples,
     ) {
-        let (mut rectangles, mut meshes) = ([None; LANES], [None; LANES]);
-        let (mut others, mut sky) = ([None; LANES], [false; LANES]);
+        let (mut rectangles, mut spheres) = ([None; LANES], [None; LANES]);
+        let (mut meshes, mut others, mut sky) = ([None; LANES], [None; LANES], [false; LANES]);
         for lane in to.lanes() {
             match picks[lane] {
                 Some(Pick::Light(light)) => match &self.lights[light as usize] {
                     Light::Rectangle(rectangle) => rectangles[lane] = Some(rectangle),
+                    Light::Sphere(sphere) => spheres[lane] = Some(sphere),
                     Light::Mesh(mesh) => meshes[lane] = Some(mesh),
                     light => others[lane] = Some(light),
                 },
@@ -152,13 +163,11 @@ impl Lights {
             }
         }
 
-        if let Some(first) = rectangles.into_iter().flatten().next() {
-            let mut lanes = [false; LANES];
-            for lane in 0..LANES {
-                lanes[lane] = rectangles[lane].is_some();
-            }
-            let of = |lane: usize| rectangles[lane].unwrap_or(first);
-            *samples = RectangleLight::sample_eight(of, to, u, lanes);
+        if let Some((eight, lanes)) = filled(rectangles) {
+            *samples = RectangleLight::sample_eight(|lane| eight[lane], to, u, lanes);
+        }
+        if let Some((eight, lanes)) = filled(spheres) {
+            samples.take(&SphereLight::sample_eight(|lane| eight[lane], to, u, lanes), lanes);
         }
         if sky.contains(&true)
             && let Some(environment) = &self.environment
@@ -174,14 +183,10 @@ impl Lights {
             of_this.lanes().for_each(|lane| meshes[lane] = None);
         }
         for lane in 0..LANES {
-            let to = || to.get(lane);
             match others[lane] {
-                Some(Light::Sphere(light)) => {
-                    samples.put(lane, light.sample(&to(), [u[0][lane], u[1][lane]]))
-                }
-                Some(Light::Point(light)) => samples.put(lane, light.sample(to().p)),
+                Some(Light::Point(light)) => samples.put(lane, light.sample(to.p.get(lane))),
                 Some(Light::Directional(light)) => samples.put(lane, Some(light.sample())),
-                Some(Light::Rectangle(_) | Light::Mesh(_)) | None => {}
+                Some(Light::Rectangle(_) | Light::Sphere(_) | Light::Mesh(_)) | None => {}
             }
         }
     }
@@ -196,33 +201,49 @@ impl Lights {
         probability as f32 * self.lights[hit.light as usize].pdf(to, hit)
     }
 
-    /// Radiance from the environment along eight directions, by channel, and the density with which
-    /// [`sample_eight`](Self::sample_eight) goes there.
+    /// Radiance from the environment along `wi`, and the density with which [`sample`](Self::sample) goes there.
     #[inline(always)]
-    pub fn environment_and_pdf(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
-        let Some(environment) = &self.environment else { return Default::default() };
-        let is_sampled = [self.far.has_environment(), self.beside_lobes.has_environment()];
-        let mut sampled = *to;
-        for lane in 0..LANES {
-            sampled.there[lane] &= is_sampled[usize::from(to.lobes_look[lane])];
-        }
-        let (le, mut pdf) = environment.le_and_pdf_eight(to, &sampled, wi);
-        if !sampled.is_empty() {
-            let near_share = self.near_shares(&sampled);
-            for lane in sampled.lanes() {
-                let share = self.far(to.lobes_look[lane]).probability(&to.get(lane), 0);
-                pdf[lane] *= ((1.0 - near_share[lane]) * share) as f32;
+    pub fn environment_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
+        match &self.environment {
+            Some(environment) if self.far(to.lobes_look).has_environment() => {
+                let probability = (1.0 - self.near_share(to)) * self.far(to.lobes_look).probability(to, 0);
+                (environment.le(wi), probability as f32 * environment.pdf(to, wi))
             }
+            Some(environment) => (environment.le(wi), 0.0),
+            None => (Rgb::BLACK, 0.0),
         }
-        (le, pdf)
     }
 
-    /// The second of [`environment_and_pdf`](Self::environment_and_pdf) for one direction.
+    /// The second of [`environment_and_pdf`](Self::environment_and_pdf).
     pub fn pdf_environment(&self, to: &Receiver, wi: Vec3) -> f32 {
-        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
-        receivers.set(0, to);
-        directions.set(0, wi);
-        self.environment_and_pdf(&receivers, &directions).1[0]
+        self.environment_and_pdf(to, wi).1
+    }
+
+    /// The image that surrounds everything, if one does: see [`image_and_pdf`](Self::image_and_pdf).
+    #[inline(always)]
+    pub fn image(&self) -> Option<&EnvironmentImage> {
+        match &self.environment {
+            Some(Environment::Image(image)) => Some(image),
+            _ => None,
+        }
+    }
+
+    /// [`environment_and_pdf`](Self::environment_and_pdf) along eight directions, of an [`image`](Self::image), by channel.
+    #[inline(always)]
+    pub fn image_and_pdf(
+        &self,
+        image: &EnvironmentImage,
+        to: &Receivers,
+        wi: &Vectors,
+    ) -> ([Floats; 3], Floats) {
+        let (le, mut pdf) = image.le_and_pdf_eight(to, wi);
+        let near_share = self.near_shares(to);
+        for lane in to.lanes() {
+            let far = self.far(to.lobes_look[lane]);
+            let share = if far.has_environment() { far.probability(&to.get(lane), 0) } else { 0.0 };
+            pdf[lane] *= ((1.0 - near_share[lane]) * share) as f32;
+        }
+        (le, pdf)
     }
 
     /// Which light for each receiver, with what probability, and `u` with what is left of the first for the light.
@@ -295,6 +316,18 @@ impl Lights {
     }
 }
 
+/// The lights of a kind with another of them in the lanes that have none, and which have one; `None` if none has.
+#[inline(always)]
+fn filled<'a, L>(lights: [Option<&'a L>; LANES]) -> Option<([&'a L; LANES], [bool; LANES])> {
+    let first = lights.into_iter().flatten().next()?;
+    let (mut all, mut lanes) = ([first; LANES], [false; LANES]);
+    for lane in 0..LANES {
+        all[lane] = lights[lane].unwrap_or(first);
+        lanes[lane] = lights[lane].is_some();
+    }
+    Some((all, lanes))
+}
+
 /// How often to ask a near light, where near ones are this important, and far ones.
 #[inline(always)]
 fn near_share(near: f32, far: f32) -> f64 {
@@ -329,7 +362,7 @@ fn lengthen(u: f32, low: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::core::{Rgb, Sampler, SamplerKind, warp};
+    use crate::core::{Sampler, SamplerKind, warp};
 
     /// Independent numbers `(choice, u)` in a fixed order.
     fn numbers(seed: u32, i: u32) -> (f32, [f32; 2]) {

@@ -1,10 +1,11 @@
 //! Spherical emitters.
 
 use super::unit::narrow;
-use super::{LightSample, Receiver, density, shadow_end};
+use super::{EightSamples, LightSample, Receiver, Receivers, density, shadow_end};
+use crate::core::lanes::LANES;
 use crate::core::{Frame, Rgb, warp};
 use crate::geometry::Sphere;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
 /// A sphere that emits the same radiance everywhere.
@@ -17,68 +18,96 @@ pub struct SphereLight {
     pub(super) both_sides: bool,
 }
 
-/// How a sphere lies around or before a point.
-enum View {
-    Inside,
-    /// One minus the cosine of the cone's half angle.
-    Cone(f64),
-}
-
 impl SphereLight {
-    /// The view along `way` from a point to the centre; `None` if nothing is emitted that way.
-    #[inline]
-    fn view(&self, way: DVec3) -> Option<View> {
+    /// The squared sine of the half angle of the cone in which it is seen, of at least 1 from inside.
+    #[inline(always)]
+    fn sin_squared(&self, way: DVec3) -> f64 {
         let radius = f64::from(self.sphere.radius);
-        let sin_squared = radius * radius / way.length_squared();
-        if sin_squared < 1.0 {
-            // 1 - sqrt(1 - s) without cancellation: right for the farthest and smallest sphere.
-            Some(View::Cone(sin_squared / (1.0 + (1.0 - sin_squared).sqrt())))
-        } else {
-            self.both_sides.then_some(View::Inside)
-        }
+        radius * radius / way.length_squared()
     }
 
-    /// A direction towards the sphere.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
-        let way = self.sphere.center.as_dvec3() - to.p.as_dvec3();
+    /// One minus the cosine of that half angle.
+    #[inline(always)]
+    fn cone(sin_squared: f64) -> f64 {
+        // 1 - sqrt(1 - s) without cancellation: right for the farthest and smallest sphere.
+        sin_squared / (1.0 + (1.0 - sin_squared).sqrt())
+    }
+
+    /// Directions towards the sphere `of` each lane, for those receivers that are in `lanes`.
+    #[inline(always)]
+    pub(super) fn sample_eight<'a>(
+        of: impl Fn(usize) -> &'a Self,
+        to: &Receivers,
+        u: &[[f64; LANES]; 2],
+        lanes: [bool; LANES],
+    ) -> EightSamples {
+        let (mut samples, mut is_inside) = (EightSamples::default(), [false; LANES]);
+        for i in 0..LANES {
+            let (light, p) = (of(i), to.p.get(i));
+            let way = light.sphere.center.as_dvec3() - p.as_dvec3();
+            let sin_squared = light.sin_squared(way);
+            let (wi, t, solid_angle) = light.from_outside(way, sin_squared, [u[0][i], u[1][i]]);
+            samples.wi.set(i, wi);
+            samples.t_max[i] = shadow_end(p, t as f32);
+            for (le, of_light) in samples.le_over_pdf.iter_mut().zip(light.radiance.to_array()) {
+                le[i] = of_light * solid_angle as f32;
+            }
+            samples.pdf[i] = density(solid_angle);
+            samples.shadow[i] = true;
+            samples.there[i] = lanes[i];
+            is_inside[i] = lanes[i] & (sin_squared >= 1.0);
+        }
+        for i in 0..LANES {
+            if is_inside[i] {
+                samples.put(i, of(i).from_inside(to.p.get(i), [u[0][i], u[1][i]]));
+            }
+        }
+        samples
+    }
+
+    /// A direction along the cone about `way`, from the point to the centre; the distance, and the solid angle of all.
+    #[inline(always)]
+    fn from_outside(&self, way: DVec3, sin_squared: f64, u: [f64; 2]) -> (Vec3, f64, f64) {
         let radius = f64::from(self.sphere.radius);
-        let (wi, t, solid_angle) = match self.view(way)? {
-            View::Inside => {
-                let wi = warp::uniform_sphere(narrow(u));
-                let middle = wi.as_dvec3().dot(way);
-                let half = (middle * middle + radius * radius - way.length_squared()).max(0.0).sqrt();
-                (wi, middle + half, 2.0 * TAU)
-            }
-            View::Cone(whole) => {
-                let part = u[0] * whole;
-                let (cos, sin_squared) = (1.0 - part, part * (2.0 - part));
-                let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
-                let sin = sin_squared.sqrt();
-                let local = DVec3::new(sin * cos_phi, sin * sin_phi, cos).as_vec3();
-                let distance_squared = way.length_squared();
-                let distance = distance_squared.sqrt();
-                let half = (radius * radius - distance_squared * sin_squared).max(0.0).sqrt();
-                let frame = Frame::new((way / distance).as_vec3());
-                (frame.to_world(local).normalize(), distance * cos - half, TAU * whole)
-            }
-        };
-        Some(LightSample {
+        let whole = Self::cone(sin_squared);
+        let part = u[0] * whole;
+        let (cos, sin_squared) = (1.0 - part, part * (2.0 - part));
+        let around = sin_squared.sqrt() as f32 * warp::unit_vector(u[1] as f32);
+        let distance_squared = way.length_squared();
+        let distance = distance_squared.sqrt();
+        let half = (radius * radius - distance_squared * sin_squared).max(0.0).sqrt();
+        let frame = Frame::new((way / distance).as_vec3());
+        (frame.to_world(around.extend(cos as f32)).normalize(), distance * cos - half, TAU * whole)
+    }
+
+    /// A direction from a point inside, if any light is there.
+    #[cold]
+    fn from_inside(&self, p: Vec3, u: [f64; 2]) -> Option<LightSample> {
+        let way = self.sphere.center.as_dvec3() - p.as_dvec3();
+        let radius = f64::from(self.sphere.radius);
+        let wi = warp::uniform_sphere(narrow(u));
+        let middle = wi.as_dvec3().dot(way);
+        let half = (middle * middle + radius * radius - way.length_squared()).max(0.0).sqrt();
+        let solid_angle = 2.0 * TAU;
+        self.both_sides.then(|| LightSample {
             wi,
-            t_max: shadow_end(to.p, t as f32),
+            t_max: shadow_end(p, (middle + half) as f32),
             le_over_pdf: self.radiance * solid_angle as f32,
             pdf: density(solid_angle),
             shadow: true,
         })
     }
 
-    /// The density of [`sample`](Self::sample) in every direction that meets the sphere.
+    /// The density of [`sample_eight`](Self::sample_eight) in every direction that meets the sphere.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver) -> f32 {
-        match self.view(self.sphere.center.as_dvec3() - to.p.as_dvec3()) {
-            None => 0.0,
-            Some(View::Inside) => density(2.0 * TAU),
-            Some(View::Cone(whole)) => density(TAU * whole),
+        let sin_squared = self.sin_squared(self.sphere.center.as_dvec3() - to.p.as_dvec3());
+        if sin_squared < 1.0 {
+            density(TAU * Self::cone(sin_squared))
+        } else if self.both_sides {
+            density(2.0 * TAU)
+        } else {
+            0.0
         }
     }
 }

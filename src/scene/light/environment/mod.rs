@@ -13,7 +13,7 @@ pub use studio::{Softbox, Studio};
 use super::unit::narrow;
 use super::{EightSamples, LightSample, Receiver, Receivers};
 use crate::core::Rgb;
-use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::lanes::LANES;
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -134,39 +134,13 @@ impl Environment {
         })
     }
 
-    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there, for
-    /// those receivers that are `sampled`.
-    #[inline(always)]
-    pub(super) fn le_and_pdf_eight(
-        &self,
-        to: &Receivers,
-        sampled: &Receivers,
-        wi: &Vectors,
-    ) -> ([Floats; 3], Floats) {
-        let (mut le, mut pdf) = match self {
-            Self::Image(image) => image.le_and_pdf_eight(to, wi),
-            _ => Default::default(),
-        };
-        for lane in 0..LANES {
-            pdf[lane] = if sampled.there[lane] { pdf[lane] } else { 0.0 };
-        }
-        if !matches!(self, Self::Image(_)) {
-            for lane in to.lanes() {
-                [le[0][lane], le[1][lane], le[2][lane]] = self.le(wi.get(lane)).to_array();
-            }
-            for lane in sampled.lanes() {
-                pdf[lane] = self.pdf(&to.get(lane), wi.get(lane));
-            }
-        }
-        (le, pdf)
-    }
-
-    /// The density at `wi` over solid angle, of what is no image.
+    /// The density of [`sample_eight`](Self::sample_eight) at `wi` over solid angle.
     #[inline]
-    fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
+    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
         match self {
+            Self::Constant(_) | Self::Gradient(_) => broad::pdf(to.n, wi),
             Self::Studio(studio) => studio.pdf(to, wi),
-            _ => broad::pdf(to.n, wi),
+            Self::Image(image) => image.pdf(to, wi),
         }
     }
 }
