@@ -318,7 +318,7 @@ impl Lights {
 
 /// The lights of a kind with another of them in the lanes that have none, and which have one; `None` if none has.
 #[inline(always)]
-fn filled<'a, L>(lights: [Option<&'a L>; LANES]) -> Option<([&'a L; LANES], [bool; LANES])> {
+fn filled<L>(lights: [Option<&L>; LANES]) -> Option<([&L; LANES], [bool; LANES])> {
     let first = lights.into_iter().flatten().next()?;
     let (mut all, mut lanes) = ([first; LANES], [false; LANES]);
     for lane in 0..LANES {

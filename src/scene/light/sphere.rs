@@ -46,7 +46,7 @@ impl SphereLight {
             let (light, p) = (of(i), to.p.get(i));
             let way = light.sphere.center.as_dvec3() - p.as_dvec3();
             let sin_squared = light.sin_squared(way);
-            let (wi, t, solid_angle) = light.from_outside(way, sin_squared, [u[0][i], u[1][i]]);
+            let (wi, t, solid_angle) = light.sample_outside(way, sin_squared, [u[0][i], u[1][i]]);
             samples.wi.set(i, wi);
             samples.t_max[i] = shadow_end(p, t as f32);
             for (le, of_light) in samples.le_over_pdf.iter_mut().zip(light.radiance.to_array()) {
@@ -59,7 +59,7 @@ impl SphereLight {
         }
         for i in 0..LANES {
             if is_inside[i] {
-                samples.put(i, of(i).from_inside(to.p.get(i), [u[0][i], u[1][i]]));
+                samples.put(i, of(i).sample_inside(to.p.get(i), [u[0][i], u[1][i]]));
             }
         }
         samples
@@ -67,7 +67,7 @@ impl SphereLight {
 
     /// A direction along the cone about `way`, from the point to the centre; the distance, and the solid angle of all.
     #[inline(always)]
-    fn from_outside(&self, way: DVec3, sin_squared: f64, u: [f64; 2]) -> (Vec3, f64, f64) {
+    fn sample_outside(&self, way: DVec3, sin_squared: f64, u: [f64; 2]) -> (Vec3, f64, f64) {
         let radius = f64::from(self.sphere.radius);
         let whole = Self::cone(sin_squared);
         let part = u[0] * whole;
@@ -82,7 +82,7 @@ impl SphereLight {
 
     /// A direction from a point inside, if any light is there.
     #[cold]
-    fn from_inside(&self, p: Vec3, u: [f64; 2]) -> Option<LightSample> {
+    fn sample_inside(&self, p: Vec3, u: [f64; 2]) -> Option<LightSample> {
         let way = self.sphere.center.as_dvec3() - p.as_dvec3();
         let radius = f64::from(self.sphere.radius);
         let wi = warp::uniform_sphere(narrow(u));
