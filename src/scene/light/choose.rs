@@ -431,6 +431,7 @@ mod tests {
         };
         let scenes = [
             Lights::new(crowd(1), None),
+            Lights::new(crowd(2).split_off(1), None),
             Lights::new(crowd(3).split_off(2), None),
             Lights::new(crowd(7), Some(sky(true))),
             Lights::new(crowd(500).into_iter().chain([tube(0.0), tube(1.0)]).collect(), Some(sky(false))),
