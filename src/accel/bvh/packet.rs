@@ -305,9 +305,9 @@ fn accepted<F: Lanes<PACKET>>(
     lanes.filter(|&i| !rays[i].skip.rejects(geom_id, prim_id)).fold(0, |bits, i| bits | 1 << i)
 }
 
-/// Lets one ray of the packet find something by itself.
-#[cold]
-#[inline(never)]
+/// Lets one ray of the packet find something by itself. In line, where wide instructions are known to be there: calls of a
+/// function that is compiled without them would each go through memory.
+#[inline(always)]
 fn one_by_one<S: Simd, M: Mode>(
     simd: S,
     rays: &[Ray; PACKET],
