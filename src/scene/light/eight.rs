@@ -1,8 +1,9 @@
 //! Eight receivers side by side, and what eight lights send to them.
 
-use super::{LightSample, Receiver};
+use super::{LightSample, Receiver, density, shadow_end};
 use crate::core::Rgb;
 use crate::core::lanes::{Floats, LANES, Vectors};
+use glam::Vec3;
 
 /// Up to eight places where light is wanted.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,6 +86,25 @@ impl EightSamples {
             pdf: self.pdf[lane],
             shadow: self.shadow[lane],
         })
+    }
+
+    /// Puts a sample of a surface into a lane, for the receiver at `p`: one that is uniform over a solid angle, or that stands
+    /// for it, at this distance.
+    #[inline(always)]
+    pub(super) fn set_surface(
+        &mut self,
+        lane: usize,
+        p: Vec3,
+        (wi, distance, solid_angle): (Vec3, f64, f64),
+        radiance: Rgb,
+    ) {
+        self.wi.set(lane, wi);
+        self.t_max[lane] = shadow_end(p, distance as f32);
+        for (le, of_light) in self.le_over_pdf.iter_mut().zip(radiance.to_array()) {
+            le[lane] = of_light * solid_angle as f32;
+        }
+        self.pdf[lane] = density(solid_angle);
+        self.shadow[lane] = true;
     }
 
     /// Takes over what others are in some `lanes`.

@@ -163,14 +163,8 @@ impl RectangleLight {
             let (light, receiver) = (of(i), to.p.get(i));
             let p = receiver.as_dvec3();
             let height = (p - light.corner).dot(light.normal);
-            let (wi, distance, solid_angle) = light.point(p, height, [u[0][i], u[1][i]]);
-            samples.wi.set(i, wi);
-            samples.t_max[i] = shadow_end(receiver, distance as f32);
-            for (le, of_light) in samples.le_over_pdf.iter_mut().zip(light.radiance.to_array()) {
-                le[i] = of_light * solid_angle as f32;
-            }
-            samples.pdf[i] = density(solid_angle);
-            samples.shadow[i] = true;
+            let point = light.point(p, height, [u[0][i], u[1][i]]);
+            samples.set_surface(i, receiver, point, light.radiance);
             samples.there[i] = lanes[i] & ((height > 0.0) | (light.both_sides & (height < 0.0)));
             is_near[i] = samples.there[i] & ((light.middle - p).length_squared() < light.far_squared);
         }

@@ -46,14 +46,8 @@ impl SphereLight {
             let (light, p) = (of(i), to.p.get(i));
             let way = light.sphere.center.as_dvec3() - p.as_dvec3();
             let sin_squared = light.sin_squared(way);
-            let (wi, t, solid_angle) = light.sample_outside(way, sin_squared, [u[0][i], u[1][i]]);
-            samples.wi.set(i, wi);
-            samples.t_max[i] = shadow_end(p, t as f32);
-            for (le, of_light) in samples.le_over_pdf.iter_mut().zip(light.radiance.to_array()) {
-                le[i] = of_light * solid_angle as f32;
-            }
-            samples.pdf[i] = density(solid_angle);
-            samples.shadow[i] = true;
+            let outside = light.sample_outside(way, sin_squared, [u[0][i], u[1][i]]);
+            samples.set_surface(i, p, outside, light.radiance);
             samples.there[i] = lanes[i];
             is_inside[i] = lanes[i] & (sin_squared >= 1.0);
         }
