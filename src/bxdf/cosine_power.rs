@@ -8,8 +8,8 @@
 //! Numbers are kept at f32 rounding for e up to [`CosinePower::MAX_EXPONENT`]: samples come from `ln u / (e + 1)`
 //! through `expm1`, and `cos^e` from the chord `|wi - r|`; a power of a dot product has no correct digit at e = 1e9.
 
-use super::{Bxdf, Incidence, LobeSample, Mirror, above_horizon, renormalized};
-use crate::core::{Frame, Rgb, sampler::hash, special, warp};
+use super::{Bxdf, Drawn, Incidence, LobeSample, Mirror, above_horizon, renormalized};
+use crate::core::{Frame, Rgb, exponential, sampler::hash, special, warp};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -96,13 +96,31 @@ pub fn modified_phong_albedo(exponent: f32, cos: f32) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedCosinePower {
     lobe: CosinePower,
-    /// About the mirror direction.
+    policy: Policy,
+    about: About,
+}
+
+/// A cosine power about the mirror direction of one incidence.
+#[derive(Clone, Copy, Debug)]
+struct About {
     frame: Frame,
     n: Vec3,
     ng: Vec3,
     exponent: f32,
     /// `(e + 1) / (2 pi)`, divided by the mass above where the policy divides.
     norm: f32,
+}
+
+/// What a [`Horizon`] does with a direction that was drawn, as answers of 0 and 1: so that lobes of several policies are
+/// drawn side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Policy {
+    /// Whether directions below the surface are turned above it; else they carry no light.
+    pub turns: f32,
+    /// Whether the weight is divided by the number of directions that end in one.
+    pub divides: f32,
+    /// Whether the lobe is Lafortune and Willems' reciprocal one.
+    pub reciprocal: f32,
 }
 
 /// A direction of the lobe in its two parts; turned by pi about the axis it is `along - across`.
@@ -120,13 +138,29 @@ impl CosinePower {
     /// The lobe at `at`, for many directions.
     #[inline]
     pub fn prepare(&self, at: &Incidence) -> PreparedCosinePower {
-        let exponent = self.exponent.min(Self::MAX_EXPONENT);
-        let r = at.mirror_direction();
-        let norm = match self.horizon {
-            Horizon::Reject => (exponent + 1.0) / (TAU * mass_above(exponent, r.dot(at.ng))),
-            _ => (exponent + 1.0) / TAU,
-        };
-        PreparedCosinePower { lobe: *self, frame: Frame::new(r), n: at.n, ng: at.ng, exponent, norm }
+        let mut about = About::new(self.exponent, at);
+        if self.horizon == Horizon::Reject {
+            about.norm /= mass_above(about.exponent, about.frame.n.dot(at.ng));
+        }
+        PreparedCosinePower { lobe: *self, policy: self.policy(), about }
+    }
+
+    /// What becomes of a direction that was drawn once: [`draw`](Self::draw) needs it.
+    #[inline(always)]
+    pub fn policy(&self) -> Policy {
+        let is = |horizon| f32::from(self.horizon == horizon);
+        Policy {
+            turns: 1.0 - is(Horizon::Clip),
+            divides: is(Horizon::FoldWeighted) + is(Horizon::ModifiedPhong),
+            reciprocal: is(Horizon::ModifiedPhong),
+        }
+    }
+
+    /// A direction of a lobe with this exponent, the same for any reflectance; not for [`Horizon::Reject`], which may draw
+    /// more than one.
+    #[inline(always)]
+    pub fn draw(exponent: f32, policy: Policy, at: &Incidence, u: [f32; 2]) -> Drawn {
+        About::new(exponent, at).drawn(u, policy)
     }
 
     #[inline(never)]
@@ -168,95 +202,23 @@ impl PreparedCosinePower {
     /// Both, with what they share done once.
     #[inline]
     pub(super) fn f_cos_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
-        let Some((ln_cos_e, m)) = self.evaluate(wi) else { return (Rgb::BLACK, 0.0) };
-        let p = self.norm * ln_cos_e.exp();
+        let Some((p, m)) = self.about.evaluate(wi) else { return (Rgb::BLACK, 0.0) };
         let weight = match self.lobe.horizon {
             Horizon::Fold => m * p,
             Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
-            Horizon::ModifiedPhong => self.modified_phong_weight(wi) * p,
+            Horizon::ModifiedPhong => self.about.reciprocal_weight(wi) * p,
         };
-        (self.lobe.reflectance * weight, self.density(p, m))
+        let pdf = if matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject) { p } else { m * p };
+        (self.lobe.reflectance * weight, pdf)
     }
 
     /// See [`Bxdf::sample`].
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Option<LobeSample> {
         match self.lobe.horizon {
-            Horizon::Clip => self.unfolded(&self.draw(u)),
             Horizon::Reject => self.redrawn(u),
-            Horizon::Fold | Horizon::FoldWeighted | Horizon::ModifiedPhong => self.folded(&self.draw(u)),
+            _ => self.about.drawn(u, self.policy).coloured(|_| self.lobe.reflectance),
         }
-    }
-
-    /// `e ln(cos alpha)` and the number of directions that fold to `wi`; `None` where the lobe is 0.
-    #[inline]
-    fn evaluate(&self, wi: Vec3) -> Option<(f32, f32)> {
-        let r = self.frame.n;
-        let height = self.ng.dot(wi);
-        // 1 - cos alpha from the chord: exact where the cosine is all rounding error.
-        let fall = 0.5 * (wi - r).length_squared();
-        if fall >= 1.0 || height <= 0.0 {
-            return None;
-        }
-        let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
-        Some((self.exponent * (-fall).ln_1p(), if turned_height <= 0.0 { 2.0 } else { 1.0 }))
-    }
-
-    /// The density that [`sample`](Self::sample) has where the lobe has `p`.
-    #[inline]
-    fn density(&self, p: f32, m: f32) -> f32 {
-        if matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject) { p } else { m * p }
-    }
-
-    /// `f |n . wi| / p` of the reciprocal lobe of reflectance 1.
-    #[inline]
-    fn modified_phong_weight(&self, wi: Vec3) -> f32 {
-        (self.exponent + 2.0) / (self.exponent + 1.0) * self.n.dot(wi).max(0.0)
-    }
-
-    /// A direction of the whole lobe: `cos^(e + 1)` is uniform.
-    #[inline]
-    fn draw(&self, u: [f32; 2]) -> Draw {
-        // 1 - u is in (0, 1], and exact.
-        let ln_cos = (1.0 - u[0]).ln() / (self.exponent + 1.0);
-        let fall = ln_cos.exp_m1();
-        let sin = (-fall * (2.0 + fall)).sqrt();
-        let Vec2 { x: cos_phi, y: sin_phi } = warp::unit_vector(u[1]);
-        Draw {
-            along: self.frame.n + fall * self.frame.n,
-            across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,
-            p: self.norm * (self.exponent * ln_cos).exp(),
-        }
-    }
-
-    /// The drawn direction, turned by pi about `r` if it is below the surface.
-    #[inline]
-    fn folded(&self, d: &Draw) -> Option<LobeSample> {
-        let (along, across) = (self.ng.dot(d.along), self.ng.dot(d.across));
-        let wi = d.along + if along + across <= 0.0 { -d.across } else { d.across };
-        let wi = above_horizon(renormalized(wi), self.ng);
-        let m = if along <= across.abs() { 2.0 } else { 1.0 };
-        let weight = match self.lobe.horizon {
-            Horizon::FoldWeighted => 1.0 / m,
-            Horizon::ModifiedPhong => self.modified_phong_weight(wi) / m,
-            _ => 1.0,
-        };
-        (weight > 0.0).then(|| LobeSample {
-            wi,
-            weight: self.lobe.reflectance * weight,
-            pdf: self.density(d.p, m),
-        })
-    }
-
-    /// The drawn direction, if it is above the surface.
-    #[inline]
-    fn unfolded(&self, d: &Draw) -> Option<LobeSample> {
-        let wi = renormalized(d.along + d.across);
-        (self.ng.dot(wi) > 0.0).then(|| LobeSample {
-            wi,
-            weight: self.lobe.reflectance,
-            pdf: self.density(d.p, 1.0),
-        })
     }
 
     /// The first direction above the surface among those of `u` and of pairs hashed from `u`.
@@ -271,9 +233,75 @@ impl PreparedCosinePower {
             let x = hash(key.wrapping_add(i.wrapping_mul(0x9e37_79b9)));
             [unit(x), unit(hash(x ^ 0x1b56_c4e9))]
         });
+        let clip = Policy::default();
         std::iter::once(u)
             .chain(retries)
-            .find_map(|u| self.unfolded(&self.draw(u)))
-            .or_else(|| self.folded(&self.draw(u)))
+            .map(|u| self.about.drawn(u, clip))
+            .find(|drawn| drawn.weight > 0.0)
+            .unwrap_or_else(|| self.about.drawn(u, self.policy))
+            .coloured(|_| self.lobe.reflectance)
+    }
+}
+
+impl About {
+    /// About the mirror direction of `at`, with the `norm` of a lobe that is not divided.
+    #[inline(always)]
+    fn new(exponent: f32, at: &Incidence) -> Self {
+        let exponent = exponent.min(CosinePower::MAX_EXPONENT);
+        let frame = Frame::new(at.mirror_direction());
+        Self { frame, n: at.n, ng: at.ng, exponent, norm: (exponent + 1.0) / TAU }
+    }
+
+    /// The lobe in 1/sr and the number of directions that fold to `wi`; `None` where the lobe is 0.
+    #[inline]
+    fn evaluate(&self, wi: Vec3) -> Option<(f32, f32)> {
+        let r = self.frame.n;
+        let height = self.ng.dot(wi);
+        // 1 - cos alpha from the chord: exact where the cosine is all rounding error.
+        let fall = 0.5 * (wi - r).length_squared();
+        if fall >= 1.0 || height <= 0.0 {
+            return None;
+        }
+        let p = self.norm * exponential::exp(self.exponent * exponential::ln_1p(-fall));
+        let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
+        Some((p, if turned_height <= 0.0 { 2.0 } else { 1.0 }))
+    }
+
+    /// `f |n . wi| / p` of the reciprocal lobe of reflectance 1.
+    #[inline(always)]
+    fn reciprocal_weight(&self, wi: Vec3) -> f32 {
+        (self.exponent + 2.0) / (self.exponent + 1.0) * self.n.dot(wi).max(0.0)
+    }
+
+    /// A direction of the whole lobe: `cos^(e + 1)` is uniform.
+    #[inline(always)]
+    fn draw(&self, u: [f32; 2]) -> Draw {
+        // 1 - u is in (0, 1], and exact.
+        let ln_cos = exponential::ln(1.0 - u[0]) / (self.exponent + 1.0);
+        let fall = exponential::exp_m1(ln_cos);
+        let sin = (-fall * (2.0 + fall)).sqrt();
+        let Vec2 { x: cos_phi, y: sin_phi } = warp::unit_vector(u[1]);
+        Draw {
+            along: self.frame.n + fall * self.frame.n,
+            across: (sin * cos_phi) * self.frame.s + (sin * sin_phi) * self.frame.t,
+            p: self.norm * exponential::exp(self.exponent * ln_cos),
+        }
+    }
+
+    /// The direction that `u` draws, by the policy turned by pi about the axis if it is below the surface.
+    #[inline(always)]
+    fn drawn(&self, u: [f32; 2], policy: Policy) -> Drawn {
+        let d = self.draw(u);
+        let turns = policy.turns > 0.0;
+        let (along, across) = (self.ng.dot(d.along), self.ng.dot(d.across));
+        let side = if turns & (along + across <= 0.0) { -1.0 } else { 1.0 };
+        let drawn = renormalized(d.along + side * d.across);
+        let wi = above_horizon(drawn, self.ng);
+
+        let m = if turns & (along <= across.abs()) { 2.0 } else { 1.0 };
+        let carries = if turns | (self.ng.dot(drawn) > 0.0) { 1.0 } else { 0.0 };
+        let divided = if policy.divides > 0.0 { carries / m } else { carries };
+        let weight = if policy.reciprocal > 0.0 { self.reciprocal_weight(wi) * divided } else { divided };
+        Drawn { wi, weight, cos_half: 1.0, pdf: d.p * m }
     }
 }

@@ -13,14 +13,14 @@ pub struct Mirror {
 
 /// The mirror direction `r = -wo + 2 (n . wo) n`, of unit length to f32 rounding when `wo` and `n` nearly are, so
 /// that a thousand reflections do not lengthen a ray.
-#[inline]
+#[inline(always)]
 pub fn reflect(wo: Vec3, n: Vec3) -> Vec3 {
     renormalized(2.0 * n.dot(wo) * n - wo)
 }
 
 impl Incidence {
     /// The mirror direction, above the horizon whatever the rounding.
-    #[inline]
+    #[inline(always)]
     pub fn mirror_direction(&self) -> Vec3 {
         above_horizon(reflect(self.wo, self.n), self.ng)
     }

@@ -15,7 +15,7 @@ pub mod mirror;
 pub mod plastic;
 
 pub use conductor::{ComplexIor, Conductor};
-pub use cosine_power::{CosinePower, Horizon, PreparedCosinePower};
+pub use cosine_power::{CosinePower, Horizon, Policy, PreparedCosinePower};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
@@ -53,13 +53,13 @@ impl Incidence {
 }
 
 /// One step of Newton's towards unit length: exact to f32 rounding for a `v` that is off by less than 1e-4.
-#[inline]
+#[inline(always)]
 fn renormalized(v: Vec3) -> Vec3 {
     v * (1.5 - 0.5 * v.length_squared())
 }
 
 /// The unit vector `wi`, lifted to just above the plane of `ng` if rounding left it on or below.
-#[inline]
+#[inline(always)]
 fn above_horizon(wi: Vec3, ng: Vec3) -> Vec3 {
     /// More than the rounding of the vectors, of their product and of the new length: 5e-7 together.
     const LIFT: f32 = 1e-6;
@@ -185,7 +185,8 @@ impl Bxdf {
         dispatch!(self, lobe => lobe.sample(at, u))
     }
 
-    /// The [`sample`](Self::sample) in a direction that [`Diffuse::draw`] or [`Conductor::draw`] has drawn for this lobe.
+    /// The [`sample`](Self::sample) in a direction that [`Diffuse::draw`], [`Conductor::draw`] or [`CosinePower::draw`] has
+    /// drawn for this lobe.
     ///
     /// # Panics
     /// If it is another kind of lobe.
@@ -194,6 +195,7 @@ impl Bxdf {
         match self {
             Self::Diffuse(lobe) => drawn.coloured(|_| lobe.reflectance),
             Self::Conductor(lobe) => drawn.coloured(|cos| lobe.colour(cos)),
+            Self::CosinePower(lobe) => drawn.coloured(|_| lobe.reflectance),
             _ => unreachable!("no other lobe is drawn with others"),
         }
     }

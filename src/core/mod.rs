@@ -3,6 +3,7 @@
 //! Knows nothing of scenes, surfaces or images. Read [`Ray`] and [`Hit`] first.
 
 mod blue_noise;
+pub mod exponential;
 mod fixed;
 mod frame;
 pub mod lanes;

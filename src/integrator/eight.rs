@@ -4,7 +4,7 @@ use super::bounce::{Dimension, Leaving};
 use super::guided;
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, Incidence, LobeKind};
+use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, Incidence, LobeKind, Policy};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::scene::{DirectLight, Needs, Scene, SurfaceInteraction};
@@ -188,7 +188,7 @@ impl Integrator<'_> {
     }
 
     /// The directions of the rays that leave eight surfaces with these lobes, where each is the only one and its lobe is
-    /// diffuse or a rough metal's.
+    /// diffuse, a rough metal's or a cosine power.
     #[inline(always)]
     pub(super) fn draw_directions(
         &self,
@@ -197,8 +197,9 @@ impl Integrator<'_> {
         leaving: &[Leaving; LANES],
     ) -> Directions {
         let [mut wo, mut n, mut ng] = [Vectors::default(); 3];
-        let [mut x, mut y, mut alpha] = [Floats::default(); 3];
-        let [mut diffuse, mut metal] = [[false; LANES]; 2];
+        let [mut x, mut y, mut alpha, mut exponent] = [Floats::default(); 4];
+        let [mut turns, mut divides, mut reciprocal] = [Floats::default(); 3];
+        let [mut diffuse, mut metal, mut power] = [[false; LANES]; 3];
         for (lane, leaving) in leaving.iter().enumerate() {
             let drawn = Lane { eight, lane };
             let Some(bsdf) = bsdfs[lane] else { continue };
@@ -215,6 +216,13 @@ impl Integrator<'_> {
                 bxdf @ Bxdf::Conductor(lobe) if bxdf.kind() == LobeKind::Glossy => {
                     metal[lane] = true;
                     alpha[lane] = lobe.alpha;
+                }
+                Bxdf::CosinePower(lobe) if lobe.horizon != Horizon::Reject => {
+                    power[lane] = true;
+                    exponent[lane] = lobe.exponent;
+                    let policy = lobe.policy();
+                    (turns[lane], divides[lane]) = (policy.turns, policy.divides);
+                    reciprocal[lane] = policy.reciprocal;
                 }
                 _ => continue,
             }
@@ -235,13 +243,20 @@ impl Integrator<'_> {
                 let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
                 metals.set(lane, Conductor::draw(alpha[lane], &at, [x[lane], y[lane]]));
             }
+            directions.take(&metals, &metal);
+        }
+        if power.contains(&true) {
+            let mut powers = Directions::default();
             for lane in 0..LANES {
-                let of = if metal[lane] { &metals } else { &directions };
-                directions.set(lane, of.of_lane(lane));
+                let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+                let policy =
+                    Policy { turns: turns[lane], divides: divides[lane], reciprocal: reciprocal[lane] };
+                powers.set(lane, CosinePower::draw(exponent[lane], policy, &at, [x[lane], y[lane]]));
             }
+            directions.take(&powers, &power);
         }
         for lane in 0..LANES {
-            directions.there[lane] = diffuse[lane] | metal[lane];
+            directions.there[lane] = diffuse[lane] | metal[lane] | power[lane];
         }
         directions
     }
@@ -271,6 +286,15 @@ impl Directions {
             weight: self.weight[lane],
             cos_half: self.cos_half[lane],
             pdf: self.pdf[lane],
+        }
+    }
+
+    /// Takes over what others are in some `lanes`.
+    #[inline(always)]
+    fn take(&mut self, others: &Self, lanes: &[bool; LANES]) {
+        for lane in 0..LANES {
+            let of = if lanes[lane] { others } else { &*self };
+            self.set(lane, of.of_lane(lane));
         }
     }
 
