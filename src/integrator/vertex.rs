@@ -9,7 +9,7 @@ use super::roots::Roots;
 use super::tally::Tally;
 use super::wave::{Integrator, Shadows};
 use crate::bxdf::{Bsdf, Drawn};
-use crate::core::lanes::Vectors;
+use crate::core::lanes::{Floats, Vectors};
 use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{LightSample, Receivers};
 
@@ -59,19 +59,25 @@ impl Integrator<'_> {
     #[inline(always)]
     pub(super) fn miss(&self, group: &[u32], paths: &[Path], rays: &[Ray], out: &mut Outgoing) {
         let lights = &self.scene.lights;
-        let Some(image) = lights.image() else {
+        let Some(environment) = lights.detailed_environment() else {
             for (path, ray) in group.iter().map(|&i| (&paths[i as usize], &rays[i as usize])) {
                 out.add(path, self.bounded(path.beta * self.environment_seen(path, ray), path.depth));
             }
             return;
         };
         let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
+        let mut competes = false;
         for (lane, &i) in group.iter().enumerate() {
             let (path, ray) = (&paths[i as usize], &rays[i as usize]);
             receivers.set(lane, &path.receiver(ray.origin));
             directions.set(lane, ray.dir);
+            competes |= path.rate != f32::INFINITY;
         }
-        let ([r, g, b], pdf) = lights.image_and_pdf(image, &receivers, &directions);
+        let ([r, g, b], pdf) = if competes {
+            lights.environment_and_pdf_eight(environment, &receivers, &directions)
+        } else {
+            (environment.le_eight(&receivers, &directions), Floats::default())
+        };
         for (lane, &i) in group.iter().enumerate() {
             let path = &paths[i as usize];
             let le = Rgb::new(r[lane], g[lane], b[lane]);

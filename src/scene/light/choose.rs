@@ -1,7 +1,6 @@
 //! All lights of a scene, and which of them to ask.
 
 use super::bounds::LightBounds;
-use super::environment::EnvironmentImage;
 use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::unit::below_one;
@@ -219,24 +218,23 @@ impl Lights {
         self.environment_and_pdf(to, wi).1
     }
 
-    /// The image that surrounds everything, if one does: see [`image_and_pdf`](Self::image_and_pdf).
+    /// The environment, if looking at it along eight directions together saves time: see
+    /// [`environment_and_pdf_eight`](Self::environment_and_pdf_eight).
     #[inline(always)]
-    pub fn image(&self) -> Option<&EnvironmentImage> {
-        match &self.environment {
-            Some(Environment::Image(image)) => Some(image),
-            _ => None,
-        }
+    pub fn detailed_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| environment.is_detailed())
     }
 
-    /// [`environment_and_pdf`](Self::environment_and_pdf) along eight directions, of an [`image`](Self::image), by channel.
+    /// [`environment_and_pdf`](Self::environment_and_pdf) along eight directions, by channel, of the `environment` that
+    /// there is.
     #[inline(always)]
-    pub fn image_and_pdf(
+    pub fn environment_and_pdf_eight(
         &self,
-        image: &EnvironmentImage,
+        environment: &Environment,
         to: &Receivers,
         wi: &Vectors,
     ) -> ([Floats; 3], Floats) {
-        let (le, mut pdf) = image.le_and_pdf_eight(to, wi);
+        let (le, mut pdf) = environment.le_and_pdf_eight(to, wi);
         let near_share = self.near_shares(to);
         for lane in to.lanes() {
             let far = self.far(to.lobes_look[lane]);
@@ -268,15 +266,20 @@ impl Lights {
                 u[0][lane] = chosen.rest[lane];
             }
         }
-        for lane in to.lanes().filter(|&lane| !near.there[lane]) {
-            let far = self.far(to.lobes_look[lane]);
-            if !far.is_empty() {
-                let far_share = 1.0 - near_share[lane];
-                let choice = below_one((u[0][lane] - near_share[lane]) / far_share);
-                let (pick, share, rest) = far.sample(&to.get(lane), choice);
-                picks[lane] = Some(pick);
-                probability[lane] = far_share * share;
-                u[0][lane] = rest;
+        for (looks, far) in [&self.far, &self.beside_lobes].into_iter().enumerate() {
+            let mut those = *to;
+            for lane in 0..LANES {
+                those.there[lane] &= !near.there[lane] & (usize::from(to.lobes_look[lane]) == looks);
+                choice[lane] = below_one((u[0][lane] - near_share[lane]) / (1.0 - near_share[lane]));
+            }
+            if those.is_empty() || far.is_empty() {
+                continue;
+            }
+            let chosen = far.sample_eight(&those, &choice);
+            for lane in those.lanes() {
+                picks[lane] = Some(chosen.pick[lane]);
+                probability[lane] = (1.0 - near_share[lane]) * chosen.probability[lane];
+                u[0][lane] = chosen.rest[lane];
             }
         }
         (picks, probability, u)
@@ -291,15 +294,20 @@ impl Lights {
     /// How often the light is one of the tree, for each receiver.
     #[inline(always)]
     fn near_shares(&self, to: &Receivers) -> [f64; LANES] {
-        let mut shares = [1.0; LANES];
-        if self.far.is_empty() {
-            return shares;
+        let far = [&self.far, &self.beside_lobes];
+        if far[0].is_empty() {
+            return [1.0; LANES];
         }
         let near = self.tree.importances(to);
-        for lane in to.lanes() {
-            let far = self.far(to.lobes_look[lane]);
-            if !far.is_empty() {
-                shares[lane] = near_share(near[lane], far.importance(&to.get(lane)));
+        let mut importances = [Floats::default(); 2];
+        if !self.tree.is_empty() {
+            importances = far.map(|far| far.importances(to));
+        }
+        let mut shares = [1.0; LANES];
+        for lane in 0..LANES {
+            let looks = usize::from(to.lobes_look[lane]);
+            if !far[looks].is_empty() {
+                shares[lane] = near_share(near[lane], importances[looks][lane]);
             }
         }
         shares

@@ -1,8 +1,10 @@
 //! Choosing among lights that do not weaken with distance.
 
 use super::bounds::LEAST_COSINE;
+use super::pick::Picking;
 use super::unit::below_one;
-use super::{Environment, Light, Receiver};
+use super::{Environment, Light, Receiver, Receivers};
+use crate::core::lanes::{Floats, LANES};
 use glam::Vec3;
 
 /// Which light.
@@ -38,6 +40,15 @@ pub(super) struct FarLights {
     unweighed: f32,
 }
 
+/// The light that is chosen for each of eight receivers.
+pub(super) struct FarChosen {
+    pub pick: [Pick; LANES],
+    /// With what probability.
+    pub probability: [f64; LANES],
+    /// What is left of each choice.
+    pub rest: [f64; LANES],
+}
+
 /// Up to so many far lights are weighed by how the receiver faces them; more are chosen by irradiance alone.
 const WEIGHED: usize = 8;
 
@@ -47,7 +58,7 @@ impl FarLight {
     }
 
     /// About how much irradiance it gives to the receiver; never 0.
-    #[inline]
+    #[inline(always)]
     fn importance(&self, to: &Receiver) -> f32 {
         let cos = match self.toward {
             Toward::Everywhere => 1.0,
@@ -55,6 +66,29 @@ impl FarLight {
             Toward::Point(position) => to.n.dot((position - to.p).normalize_or_zero()),
         };
         self.irradiance * cos.max(LEAST_COSINE)
+    }
+
+    /// The same for eight receivers.
+    #[inline(always)]
+    fn importances(&self, to: &Receivers) -> Floats {
+        let mut cos = [1.0; LANES];
+        match self.toward {
+            Toward::Everywhere => {}
+            Toward::Direction(wi) => {
+                for lane in 0..LANES {
+                    cos[lane] = to.n.get(lane).dot(wi);
+                }
+            }
+            Toward::Point(position) => {
+                for lane in 0..LANES {
+                    cos[lane] = to.n.get(lane).dot((position - to.p.get(lane)).normalize_or_zero());
+                }
+            }
+        }
+        for cos in &mut cos {
+            *cos = self.irradiance * cos.max(LEAST_COSINE);
+        }
+        cos
     }
 }
 
@@ -108,34 +142,53 @@ impl FarLights {
         }
     }
 
-    /// One of them, the probability of choosing it, and what is left of `choice`. There must be one.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, choice: f64) -> (Pick, f64, f64) {
-        let last = self.list.len() - 1;
-        if last == 0 {
-            return (self.list[0].pick, 1.0, choice);
+    /// The same for eight receivers.
+    #[inline(always)]
+    pub(super) fn importances(&self, to: &Receivers) -> Floats {
+        if self.list.len() > WEIGHED {
+            return [self.unweighed; LANES];
         }
-        let (index, before) = if self.list.len() <= WEIGHED {
-            let total = f64::from(self.importance(to));
-            let mut before = 0.0;
-            let mut index = 0;
-            loop {
-                let share = f64::from(self.list[index].importance(to)) / total;
-                if index == last || choice < before + share {
-                    break (index, before);
-                }
-                before += share;
-                index += 1;
+        let mut total = Floats::default();
+        for light in &self.list {
+            let importances = light.importances(to);
+            for lane in 0..LANES {
+                total[lane] += importances[lane];
             }
-        } else {
-            let index = self.sums.partition_point(|&sum| sum <= choice).min(last);
-            (index, if index == 0 { 0.0 } else { self.sums[index - 1] })
-        };
-        let probability = self.probability(to, index);
-        (self.list[index].pick, probability, below_one((choice - before) / probability))
+        }
+        total
     }
 
-    /// The probability with which [`sample`](Self::sample) chooses number `index`.
+    /// For each of eight receivers one of them, the probability of choosing it, and what is left of `choice`. There must be
+    /// one.
+    #[inline(always)]
+    pub(super) fn sample_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> FarChosen {
+        let mut chosen =
+            FarChosen { pick: [self.list[0].pick; LANES], probability: [1.0; LANES], rest: *choice };
+        if self.list.len() > WEIGHED {
+            for lane in to.lanes() {
+                let last = self.list.len() - 1;
+                let index = self.sums.partition_point(|&sum| sum <= choice[lane]).min(last);
+                let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
+                let probability = self.sums[index] - before;
+                chosen.pick[lane] = self.list[index].pick;
+                chosen.probability[lane] = probability;
+                chosen.rest[lane] = below_one((choice[lane] - before) / probability);
+            }
+        } else if self.list.len() > 1 {
+            let mut picking = Picking::new(&self.importances(to), choice);
+            for (index, light) in (0..).zip(&self.list) {
+                picking = picking.offer(index, &light.importances(to));
+            }
+            let picked = picking.picked();
+            for lane in 0..LANES {
+                chosen.pick[lane] = self.list[picked.index[lane] as usize].pick;
+            }
+            (chosen.probability, chosen.rest) = (picked.share, picked.rest);
+        }
+        chosen
+    }
+
+    /// The probability with which [`sample_eight`](Self::sample_eight) chooses number `index`.
     #[inline]
     pub(super) fn probability(&self, to: &Receiver, index: usize) -> f64 {
         if self.list.len() == 1 {

@@ -11,6 +11,7 @@ pub mod environment;
 mod far;
 mod mesh;
 mod patches;
+mod pick;
 mod point;
 mod rectangle;
 mod sphere;

@@ -1,6 +1,7 @@
 //! Choosing one of many lights by what it may contribute to a receiver.
 
 use super::bounds::{EightEmissions, Emission, LightBounds};
+use super::pick::{Picked, Picking};
 use super::unit::below_one;
 use super::{Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
@@ -69,7 +70,7 @@ impl Node {
 
     /// The child that each number of `choice` falls on for its receiver, each as in [`pick`].
     #[inline(always)]
-    fn pick_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> EightPicked {
+    fn pick_eight(&self, to: &Receivers, choice: &[f64; LANES]) -> Picked {
         let mut importances = [Floats::default(); LANES];
         let mut total = Floats::default();
         for (child, importances) in importances.iter_mut().enumerate().take(self.children) {
@@ -78,40 +79,12 @@ impl Node {
                 total[lane] += importances[lane];
             }
         }
-        let mut at = [0.0; LANES];
-        for lane in 0..LANES {
-            at[lane] = choice[lane] * f64::from(total[lane]);
+        let mut picking = Picking::new(&total, choice);
+        for (child, importances) in (0..).zip(&importances[..self.children]) {
+            picking = picking.offer(child, importances);
         }
-        let (mut child, mut importance) = ([0; LANES], Floats::default());
-        let (mut before, mut sum) = (Floats::default(), Floats::default());
-        for (this, importances) in (0..).zip(&importances[..self.children]) {
-            for lane in 0..LANES {
-                let falls = (importances[lane] > 0.0) & (sum[lane] <= at[lane] as f32);
-                child[lane] = if falls { this } else { child[lane] };
-                before[lane] = if falls { sum[lane] } else { before[lane] };
-                importance[lane] = if falls { importances[lane] } else { importance[lane] };
-                sum[lane] += importances[lane];
-            }
-        }
-        let mut picked = EightPicked { child, ..Default::default() };
-        for lane in 0..LANES {
-            let importance = f64::from(importance[lane]);
-            picked.share[lane] = importance / f64::from(total[lane]);
-            picked.rest[lane] = below_one((at[lane] - f64::from(before[lane])) / importance);
-            picked.there[lane] = total[lane] > 0.0;
-        }
-        picked
+        picking.picked()
     }
-}
-
-/// What [`pick`] gives, for eight receivers.
-#[derive(Default)]
-struct EightPicked {
-    child: [u32; LANES],
-    share: [f64; LANES],
-    rest: [f64; LANES],
-    /// Whether there is a child that gives anything.
-    there: [bool; LANES],
 }
 
 /// The light that is chosen for each of eight receivers, if one is.
@@ -219,7 +192,7 @@ impl LightTree {
         let (mut left, mut nodes) = (0, [(0, 0); LANES]);
         for lane in to.lanes().filter(|&lane| picked.there[lane]) {
             (chosen.probability[lane], chosen.rest[lane]) = (picked.share[lane], picked.rest[lane]);
-            match root.links[picked.child[lane] as usize] {
+            match root.links[picked.index[lane] as usize] {
                 Link::Light(light) => chosen.light[lane] = Some(light),
                 Link::Node(node) => {
                     nodes[left] = (lane, node);

@@ -18,7 +18,7 @@ pub struct Gradient {
 
 impl Gradient {
     /// Radiance from the unit direction `wi`.
-    #[inline]
+    #[inline(always)]
     pub fn le(&self, wi: Vec3) -> Rgb {
         let cos = self.up.dot(wi).clamp(-1.0, 1.0);
         let pole = if cos >= 0.0 { self.zenith } else { self.nadir };

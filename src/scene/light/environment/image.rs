@@ -1,6 +1,6 @@
 //! Environments from lat-long images.
 
-use super::super::{EightSamples, Receiver, Receivers};
+use super::super::{EightSamples, Receivers};
 use super::cumulative::Cumulative;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Rgb, prefetch, warp};
@@ -219,7 +219,7 @@ impl EnvironmentImage {
         self.bright.norm == 0.0
     }
 
-    /// The table for receivers whose [lobes look](Receiver::lobes_look) for light or do not.
+    /// The table for receivers whose [lobes look](super::super::Receiver::lobes_look) for light or do not.
     #[inline(always)]
     fn table(&self, lobes_look: bool) -> &Table {
         if lobes_look { &self.bright } else { &self.all }
@@ -324,14 +324,6 @@ impl EnvironmentImage {
             (at[0][i], at[1][i]) = (s, t);
         }
         cells.le_and_pdf(&at, &sin_theta)
-    }
-
-    /// The second of [`le_and_pdf_eight`](Self::le_and_pdf_eight) along one direction.
-    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
-        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
-        receivers.set(0, to);
-        directions.set(0, wi);
-        self.le_and_pdf_eight(&receivers, &directions).1[0]
     }
 
     /// Directions by luminance for the receivers in `lanes`, the radiance from there, and the density over solid angle.

@@ -10,10 +10,9 @@ pub use gradient::Gradient;
 pub use image::{EnvironmentImage, EnvironmentImageError};
 pub use studio::{Softbox, Studio};
 
-use super::unit::narrow;
-use super::{EightSamples, LightSample, Receiver, Receivers};
+use super::{EightSamples, Receiver, Receivers};
 use crate::core::Rgb;
-use crate::core::lanes::LANES;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -98,6 +97,38 @@ impl Environment {
         mean * PI
     }
 
+    /// Whether telling its radiance takes so long that eight directions are told together.
+    #[inline(always)]
+    pub(super) fn is_detailed(&self) -> bool {
+        matches!(self, Self::Studio(_) | Self::Image(_))
+    }
+
+    /// Radiance from eight unit directions, by channel; of a lane without a receiver, anything.
+    #[inline(always)]
+    pub fn le_eight(&self, to: &Receivers, wi: &Vectors) -> [Floats; 3] {
+        match self {
+            Self::Studio(studio) => studio.le_eight(wi),
+            _ => self.le_and_pdf_eight(to, wi).0,
+        }
+    }
+
+    /// Radiance from eight unit directions, by channel, and the density of [`sample_eight`](Self::sample_eight) there.
+    #[inline(always)]
+    pub(super) fn le_and_pdf_eight(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
+        let (mut le, mut pdf) = ([Floats::default(); 3], Floats::default());
+        match self {
+            Self::Image(image) => return image.le_and_pdf_eight(to, wi),
+            Self::Studio(studio) => return studio.le_and_pdf_eight(to, wi),
+            Self::Constant(_) | Self::Gradient(_) => {}
+        }
+        for lane in 0..LANES {
+            pdf[lane] = broad::pdf(to.n.get(lane), wi.get(lane));
+            let [r, g, b] = self.le(wi.get(lane)).to_array();
+            (le[0][lane], le[1][lane], le[2][lane]) = (r, g, b);
+        }
+        (le, pdf)
+    }
+
     /// A direction with its radiance for the receivers in `lanes`; none where there is none. `u` is in `[0, 1)`.
     #[inline(always)]
     pub(super) fn sample_eight(
@@ -106,41 +137,31 @@ impl Environment {
         u: &[[f64; LANES]; 2],
         lanes: [bool; LANES],
     ) -> EightSamples {
-        if let Self::Image(image) = self {
-            return image.sample_eight(to, u, lanes);
-        }
-        let mut samples = EightSamples::default();
-        for lane in 0..LANES {
-            if lanes[lane] {
-                samples.put(lane, self.sample(&to.get(lane), [u[0][lane], u[1][lane]]));
-            }
-        }
-        samples
-    }
-
-    /// The same for one receiver, of what is no image.
-    fn sample(&self, to: &Receiver, u: [f64; 2]) -> Option<LightSample> {
         let wi = match self {
-            Self::Studio(studio) => studio.sample(to, u),
-            _ => broad::sample(to.n, narrow(u)),
+            Self::Image(image) => return image.sample_eight(to, u, lanes),
+            Self::Studio(studio) => studio.directions(to, u, lanes),
+            Self::Constant(_) | Self::Gradient(_) => broad::directions(&to.n, u),
         };
-        let pdf = self.pdf(to, wi);
-        (pdf > 0.0).then(|| LightSample {
-            wi,
-            t_max: f32::INFINITY,
-            le_over_pdf: self.le(wi) / pdf,
-            pdf,
-            shadow: true,
-        })
+        let (mut le_over_pdf, pdf) = self.le_and_pdf_eight(to, &wi);
+        let mut there = [false; LANES];
+        for lane in 0..LANES {
+            for le in &mut le_over_pdf {
+                le[lane] /= pdf[lane];
+            }
+            there[lane] = pdf[lane] > 0.0;
+        }
+        EightSamples { wi, t_max: [f32::INFINITY; LANES], le_over_pdf, pdf, shadow: [true; LANES], there }
     }
 
     /// The density of [`sample_eight`](Self::sample_eight) at `wi` over solid angle.
     #[inline]
     pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
-        match self {
-            Self::Constant(_) | Self::Gradient(_) => broad::pdf(to.n, wi),
-            Self::Studio(studio) => studio.pdf(to, wi),
-            Self::Image(image) => image.pdf(to, wi),
+        if !self.is_detailed() {
+            return broad::pdf(to.n, wi);
         }
+        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
+        receivers.set(0, to);
+        directions.set(0, wi);
+        self.le_and_pdf_eight(&receivers, &directions).1[0]
     }
 }

@@ -1,11 +1,12 @@
 //! A photographer's studio: softboxes before a gradient.
 
-use super::super::Receiver;
+use super::super::Receivers;
+use super::super::pick::Picking;
 use super::super::spherical_rectangle::SphericalRectangle;
-use super::super::unit::{below_one, narrow};
 use super::broad;
 use super::gradient::Gradient;
 use crate::core::Rgb;
+use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
@@ -55,26 +56,20 @@ impl Lamp {
         Self { softbox, axes: [x, z.cross(x), z], seen, power }
     }
 
-    /// How far `wi` is from the middle towards the edge, level and upright, where the edges are at 1.
-    #[inline]
-    fn place(&self, wi: Vec3) -> Option<[f32; 2]> {
+    /// Its radiance along `wi` by that of its middle, and 1 where it stands; without a branch, for several side by side.
+    #[inline(always)]
+    fn fade(&self, wi: Vec3) -> (f32, f32) {
         let [x, y, z] = self.axes.map(|axis| axis.dot(wi));
         let [w, h] = self.softbox.half_size;
-        // Before the divisions, since few directions meet it.
-        if !((z > 0.0) & (x.abs() <= w * z) & (y.abs() <= h * z)) {
-            return None;
-        }
-        Some([x.abs() / (w * z), y.abs() / (h * z)])
+        let stands = if (z > 0.0) & (x.abs() <= w * z) & (y.abs() <= h * z) { 1.0 } else { 0.0 };
+        // From the middle towards the edges, which are at 1.
+        let (across, up) = (x.abs() / (w * z), y.abs() / (h * z));
+        let softness = self.softbox.softness.max(1e-6);
+        let fade = smooth_step((1.0 - across) / softness) * smooth_step((1.0 - up) / softness);
+        (if stands > 0.0 { fade } else { 0.0 }, stands)
     }
 
-    #[inline]
-    fn le(&self, wi: Vec3) -> Rgb {
-        let Some(place) = self.place(wi) else { return Rgb::BLACK };
-        let fade = place.map(|p| smooth_step((1.0 - p) / self.softbox.softness.max(1e-6)));
-        self.softbox.radiance * (fade[0] * fade[1])
-    }
-
-    #[inline]
+    #[inline(always)]
     fn weight(&self, n: Vec3) -> f32 {
         self.power * self.axes[2].dot(n).max(LEAST_FACING)
     }
@@ -88,6 +83,7 @@ impl Lamp {
 }
 
 /// From 0 at 0 to 1 at 1 with level ends.
+#[inline(always)]
 fn smooth_step(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
@@ -126,7 +122,8 @@ impl Studio {
     /// Radiance from the unit direction `wi`.
     #[inline]
     pub fn le(&self, wi: Vec3) -> Rgb {
-        self.lamps.iter().fold(self.background.le(wi), |sum, lamp| sum + lamp.le(wi))
+        let background = self.background.le(wi);
+        self.lamps.iter().fold(background, |sum, lamp| sum + lamp.softbox.radiance * lamp.fade(wi).0)
     }
 
     /// Mean radiance of all directions; the fading edges count in full.
@@ -140,37 +137,103 @@ impl Studio {
         self.lamps.is_empty()
     }
 
-    /// What the background counts for beside the softboxes: nothing where lobes look for it themselves.
-    #[inline]
-    fn background_weight(&self, to: &Receiver) -> f32 {
-        if to.lobes_look { 0.0 } else { self.background_power }
-    }
-
-    fn total_weight(&self, to: &Receiver) -> f32 {
-        self.background_weight(to) + self.lamps.iter().map(|l| l.weight(to.n)).sum::<f32>()
-    }
-
-    /// A direction: to a softbox by what it may give to the receiver, or all over; the first of `u` chooses.
-    #[inline]
-    pub(super) fn sample(&self, to: &Receiver, u: [f64; 2]) -> Vec3 {
-        let mut left = u[0] * f64::from(self.total_weight(to));
-        let background = f64::from(self.background_weight(to));
-        for (i, lamp) in self.lamps.iter().enumerate() {
-            let weight = f64::from(lamp.weight(to.n));
-            let is_last = background == 0.0 && i + 1 == self.lamps.len();
-            if left < weight || is_last {
-                return lamp.sample([below_one(left / weight), u[1]]);
+    /// The weights of a softbox, or of the background where there is none, for eight receivers: the background counts for
+    /// nothing where lobes look for it themselves.
+    #[inline(always)]
+    fn weights(&self, lamp: Option<&Lamp>, to: &Receivers) -> Floats {
+        let mut weights = Floats::default();
+        match lamp {
+            Some(lamp) => {
+                for lane in 0..LANES {
+                    weights[lane] = lamp.weight(to.n.get(lane));
+                }
             }
-            left -= weight;
+            None => {
+                for lane in 0..LANES {
+                    weights[lane] = if to.lobes_look[lane] { 0.0 } else { self.background_power };
+                }
+            }
         }
-        broad::sample(to.n, narrow([below_one(left / background), u[1]]))
+        weights
     }
 
-    /// The density of [`sample`](Self::sample) over solid angle.
-    #[inline]
-    pub(super) fn pdf(&self, to: &Receiver, wi: Vec3) -> f32 {
-        let lamps = self.lamps.iter().filter(|l| l.place(wi).is_some());
-        let lamps: f32 = lamps.map(|l| l.weight(to.n) / l.seen.solid_angle() as f32).sum();
-        (lamps + self.background_weight(to) * broad::pdf(to.n, wi)) / self.total_weight(to)
+    /// The background and all softboxes.
+    #[inline(always)]
+    fn choices(&self) -> impl Iterator<Item = Option<&Lamp>> {
+        std::iter::once(None).chain(self.lamps.iter().map(Some))
+    }
+
+    #[inline(always)]
+    fn total_weights(&self, to: &Receivers) -> Floats {
+        let mut total = Floats::default();
+        for choice in self.choices() {
+            let weights = self.weights(choice, to);
+            for lane in 0..LANES {
+                total[lane] += weights[lane];
+            }
+        }
+        total
+    }
+
+    /// A direction for the receivers in `lanes`: to a softbox by what it may give to the receiver, or all over; the first
+    /// of `u` chooses.
+    #[inline(always)]
+    pub(super) fn directions(&self, to: &Receivers, u: &[[f64; LANES]; 2], lanes: [bool; LANES]) -> Vectors {
+        let mut picking = Picking::new(&self.total_weights(to), &u[0]);
+        for (index, choice) in (0..).zip(self.choices()) {
+            picking = picking.offer(index, &self.weights(choice, to));
+        }
+        let picked = picking.picked();
+        let u = [picked.rest, u[1]];
+        let mut wi = Vectors::default();
+        if picked.index.contains(&0) {
+            wi = broad::directions(&to.n, &u);
+        }
+        for lane in (0..LANES).filter(|&lane| lanes[lane] && picked.index[lane] > 0) {
+            let lamp = &self.lamps[picked.index[lane] as usize - 1];
+            wi.set(lane, lamp.sample([u[0][lane], u[1][lane]]));
+        }
+        wi
+    }
+
+    /// Radiance from eight unit directions, by channel.
+    #[inline(always)]
+    pub(super) fn le_eight(&self, wi: &Vectors) -> [Floats; 3] {
+        let mut le = [Floats::default(); 3];
+        for lane in 0..LANES {
+            let [r, g, b] = self.background.le(wi.get(lane)).to_array();
+            (le[0][lane], le[1][lane], le[2][lane]) = (r, g, b);
+        }
+        for lamp in &self.lamps {
+            let radiance = lamp.softbox.radiance.to_array();
+            for lane in 0..LANES {
+                let (fade, _) = lamp.fade(wi.get(lane));
+                for channel in 0..3 {
+                    le[channel][lane] += radiance[channel] * fade;
+                }
+            }
+        }
+        le
+    }
+
+    /// The same, and the density of [`directions`](Self::directions) there, over solid angle.
+    #[inline(always)]
+    pub(super) fn le_and_pdf_eight(&self, to: &Receivers, wi: &Vectors) -> ([Floats; 3], Floats) {
+        let (background, mut pdf) = (self.weights(None, to), Floats::default());
+        for lane in 0..LANES {
+            pdf[lane] = background[lane] * broad::pdf(to.n.get(lane), wi.get(lane));
+        }
+        for lamp in &self.lamps {
+            let weights = self.weights(Some(lamp), to);
+            let per_weight = 1.0 / lamp.seen.solid_angle() as f32;
+            for lane in 0..LANES {
+                pdf[lane] += lamp.fade(wi.get(lane)).1 * (weights[lane] * per_weight);
+            }
+        }
+        let total = self.total_weights(to);
+        for lane in 0..LANES {
+            pdf[lane] /= total[lane];
+        }
+        (self.le_eight(wi), pdf)
     }
 }
