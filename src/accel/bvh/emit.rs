@@ -96,7 +96,11 @@ fn sphere_block(shapes: &[Shape], refs: &[Ref]) -> SphereBlock {
     let mut block = SphereBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
         let Shape::Spheres(spheres) = &shapes[r.geom_id() as usize] else { continue };
-        block.spheres[lane] = spheres[r.prim_id() as usize];
+        let sphere = spheres[r.prim_id() as usize];
+        for (lanes, x) in block.center.iter_mut().zip(sphere.center.to_array()) {
+            lanes[lane] = x;
+        }
+        block.radius[lane] = sphere.radius;
         block.geom_ids[lane] = r.geom_id();
         block.prim_ids[lane] = r.prim_id();
     }
