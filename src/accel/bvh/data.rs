@@ -6,6 +6,7 @@
 //! SphereBlock     128 bytes: 4 spheres, their ids
 //! ```
 
+use super::small::Small;
 use crate::geometry::Sphere;
 use glam::Vec3;
 
@@ -217,6 +218,8 @@ pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleBlock>,
     pub(super) spheres: Vec<SphereBlock>,
+    /// The same for sweeps, if it is small.
+    pub(super) small: Option<Small>,
 }
 
 impl Hierarchy {
@@ -238,5 +241,6 @@ impl Hierarchy {
         self.nodes.capacity() * size_of::<Node>()
             + self.triangles.capacity() * size_of::<TriangleBlock>()
             + self.spheres.capacity() * size_of::<SphereBlock>()
+            + self.small.as_ref().map_or(0, Small::memory_bytes)
     }
 }

@@ -5,7 +5,7 @@
 //! Whitted Ray Tracing", as the packets of Embree do it). The triangle test is the one of a single ray, lane by lane.
 
 use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place};
-use super::mode::Mode;
+use super::mode::{Mode, OfBlock};
 use super::ray::{
     Best, CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, Prepared, SLACK, Weights,
     comes_first,
@@ -263,7 +263,9 @@ fn leaf<S: Simd, M: Mode>(
                 break;
             }
             let interval = [packet.t_min, found.t];
-            let Some(crossing) = M::test_bundle(simd, &packet.bundle, block, lane, interval) else {
+            let Some(crossing) =
+                M::test_bundle::<S, true>(simd, &packet.bundle, OfBlock { block, lane }, interval)
+            else {
                 continue;
             };
             let place = Place::triangle(leaf.first() + i, lane);
