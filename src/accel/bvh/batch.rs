@@ -10,7 +10,9 @@ use super::packet::{self, PACKET, Packet};
 use super::ray::{Best, Prepared, Weights};
 use super::simd::{Available, Kernel, Simd};
 use super::single::{self, Stack};
+use super::small::Small;
 use super::stream::{STREAM, Stream};
+use super::sweep::Sweeps;
 use crate::accel::Coherence;
 use crate::core::{Hit, Ray};
 use core::marker::PhantomData;
@@ -18,6 +20,9 @@ use core::ops::Range;
 
 /// Batches shorter than this go singly.
 const LEAST_BATCH: usize = 64;
+
+/// Batches shorter than this are not swept.
+const LEAST_SWEEP: usize = 8;
 
 /// A packet that needs more leaves than this met triangles smaller than the gaps between its rays, and is slower than
 /// they are singly.
@@ -47,6 +52,13 @@ pub(super) fn closest_hits<M: Mode>(
         Grouping::Groups(Coherence::Coherent) if isa.wants_batches() => {
             isa.run(Packets { mode: PhantomData::<M>, data, rays, hits });
         }
+        Grouping::Groups(Coherence::Incoherent)
+            if isa.wants_batches()
+                && rays.len() >= LEAST_SWEEP
+                && let Some(small) = &data.small =>
+        {
+            isa.run(Sweeping { mode: PhantomData::<M>, data, small, rays, hits });
+        }
         Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
             isa.run(Streams { mode: PhantomData::<M>, data, rays, hits });
         }
@@ -62,7 +74,13 @@ pub(super) fn any_hits<M: Mode>(
     rays: &[Ray],
     occluded: &mut [bool],
 ) {
-    if isa.wants_batches() && grouping != Grouping::Single && rays.len() >= LEAST_BATCH {
+    let in_groups = isa.wants_batches() && grouping != Grouping::Single;
+    if let Some(small) = &data.small
+        && in_groups
+        && rays.len() >= LEAST_SWEEP
+    {
+        isa.run(AnySweeping { mode: PhantomData::<M>, data, small, rays, occluded });
+    } else if in_groups && rays.len() >= LEAST_BATCH {
         isa.run(AnyStreams { mode: PhantomData::<M>, data, rays, occluded });
     } else {
         isa.run(AnySingles { mode: PhantomData::<M>, data, rays, occluded });
@@ -143,6 +161,50 @@ impl<M: Mode> Kernel for Streams<'_, M> {
     }
 }
 
+struct Sweeping<'a, M> {
+    mode: PhantomData<M>,
+    data: &'a Hierarchy,
+    small: &'a Small,
+    rays: &'a [Ray],
+    hits: &'a mut [Option<Hit>],
+}
+
+impl<M: Mode> Kernel for Sweeping<'_, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut sweeps = Sweeps::<M>::new(self.data, self.small, self.rays);
+        sweeps.closest(simd, self.hits);
+        let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
+        for i in sweeps.left {
+            self.hits[i] = closest::<S, M>(simd, self.data, &self.rays[i], &mut stack, &mut weights);
+        }
+    }
+}
+
+struct AnySweeping<'a, M> {
+    mode: PhantomData<M>,
+    data: &'a Hierarchy,
+    small: &'a Small,
+    rays: &'a [Ray],
+    occluded: &'a mut [bool],
+}
+
+impl<M: Mode> Kernel for AnySweeping<'_, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let mut sweeps = Sweeps::<M>::new(self.data, self.small, self.rays);
+        sweeps.any(simd, self.occluded);
+        let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
+        for i in sweeps.left {
+            self.occluded[i] = any::<S, M>(simd, self.data, &self.rays[i], &mut stack, &mut weights);
+        }
+    }
+}
+
 struct AnySingles<'a, M> {
     mode: PhantomData<M>,
     data: &'a Hierarchy,
@@ -157,11 +219,7 @@ impl<M: Mode> Kernel for AnySingles<'_, M> {
     fn run<S: Simd>(self, simd: S) {
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for (ray, occluded) in self.rays.iter().zip(self.occluded) {
-            let ray = Prepared::<M>::new(ray);
-            let (root, none) = (self.data.root, Best::none(ray.t_max));
-            let best =
-                single::traverse::<S, M, true>(simd, self.data, &ray, &mut stack, root, none, &mut weights);
-            *occluded = best.is_hit();
+            *occluded = any::<S, M>(simd, self.data, ray, &mut stack, &mut weights);
         }
     }
 }
@@ -203,6 +261,20 @@ fn closest<S: Simd, M: Mode>(
     let none = Best::none(ray.t_max);
     let best = single::traverse::<S, M, false>(simd, data, &ray, stack, data.root, none, weights);
     best.hit(data, &ray, weights)
+}
+
+/// Whether anything is on one ray.
+#[inline(always)]
+fn any<S: Simd, M: Mode>(
+    simd: S,
+    data: &Hierarchy,
+    ray: &Ray,
+    stack: &mut Stack,
+    weights: &mut Weights,
+) -> bool {
+    let ray = Prepared::<M>::new(ray);
+    let none = Best::none(ray.t_max);
+    single::traverse::<S, M, true>(simd, data, &ray, stack, data.root, none, weights).is_hit()
 }
 
 /// Rays that wait for enough others of their octant to go with: those that go alike stay in their order.

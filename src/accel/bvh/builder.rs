@@ -67,7 +67,7 @@ pub(super) fn build(primitives: Primitives<'_>, quality: Quality) -> Hierarchy {
 
 /// One reference per primitive, but for those whose box is not a number and for triangles without area, which no ray
 /// hits.
-fn references(shapes: &[Shape]) -> Vec<Ref> {
+pub(super) fn references(shapes: &[Shape]) -> Vec<Ref> {
     let mut refs = huge::vec_with_capacity(shapes.iter().map(Shape::primitive_count).sum());
     for (geom_id, shape) in (0u32..).zip(shapes) {
         let prim_ids = (0..shape.primitive_count()).into_par_iter().with_min_len(CHUNK);

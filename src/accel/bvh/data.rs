@@ -6,7 +6,9 @@
 //! SphereBlock     128 bytes: 4 spheres, their ids
 //! ```
 
+use super::small::Small;
 use crate::geometry::Sphere;
+use glam::Vec3;
 
 /// Primitives of a leaf block.
 pub(super) const BLOCK: usize = 4;
@@ -180,7 +182,9 @@ impl TriangleBlock {
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct SphereBlock {
-    pub(super) spheres: [Sphere; BLOCK],
+    /// Centres, by axis.
+    pub(super) center: [[f32; BLOCK]; 3],
+    pub(super) radius: [f32; BLOCK],
     /// Geometry ids.
     pub(super) geom_ids: [u32; BLOCK],
     /// Primitive ids.
@@ -190,10 +194,18 @@ pub(super) struct SphereBlock {
 impl SphereBlock {
     /// No spheres.
     pub(super) const EMPTY: Self = Self {
-        spheres: [Sphere { center: glam::Vec3::NAN, radius: f32::NAN }; BLOCK],
+        center: [[f32::NAN; BLOCK]; 3],
+        radius: [f32::NAN; BLOCK],
         geom_ids: [NO_ID; BLOCK],
         prim_ids: [NO_ID; BLOCK],
     };
+
+    /// A sphere of the block.
+    #[inline(always)]
+    pub(super) fn sphere(&self, lane: usize) -> Sphere {
+        let [x, y, z] = &self.center;
+        Sphere { center: Vec3::new(x[lane], y[lane], z[lane]), radius: self.radius[lane] }
+    }
 }
 
 /// The whole hierarchy.
@@ -206,6 +218,8 @@ pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleBlock>,
     pub(super) spheres: Vec<SphereBlock>,
+    /// The same for sweeps, if it is small.
+    pub(super) small: Option<Small>,
 }
 
 impl Hierarchy {
@@ -227,5 +241,6 @@ impl Hierarchy {
         self.nodes.capacity() * size_of::<Node>()
             + self.triangles.capacity() * size_of::<TriangleBlock>()
             + self.spheres.capacity() * size_of::<SphereBlock>()
+            + self.small.as_ref().map_or(0, Small::memory_bytes)
     }
 }

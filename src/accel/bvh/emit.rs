@@ -96,7 +96,11 @@ fn sphere_block(shapes: &[Shape], refs: &[Ref]) -> SphereBlock {
     let mut block = SphereBlock::EMPTY;
     for (lane, r) in refs.iter().enumerate() {
         let Shape::Spheres(spheres) = &shapes[r.geom_id() as usize] else { continue };
-        block.spheres[lane] = spheres[r.prim_id() as usize];
+        let sphere = spheres[r.prim_id() as usize];
+        for (lanes, x) in block.center.iter_mut().zip(sphere.center.to_array()) {
+            lanes[lane] = x;
+        }
+        block.radius[lane] = sphere.radius;
         block.geom_ids[lane] = r.geom_id();
         block.prim_ids[lane] = r.prim_id();
     }
@@ -159,7 +163,7 @@ impl Tree {
             nodes.shrink_to_fit();
             triangles.shrink_to_fit();
             spheres.shrink_to_fit();
-            return Hierarchy { root, extent, nodes, triangles, spheres };
+            return Hierarchy { root, extent, nodes, triangles, spheres, small: None };
         }
         let [nodes, triangles, spheres] = self.sizes();
         let mut all = Piece {
@@ -169,7 +173,7 @@ impl Tree {
         };
         let root = self.append_to(&mut all);
         let Piece { nodes, triangles, spheres } = all;
-        Hierarchy { root, extent, nodes, triangles, spheres }
+        Hierarchy { root, extent, nodes, triangles, spheres, small: None }
     }
 
     fn sizes(&self) -> [usize; 3] {

@@ -1,7 +1,8 @@
 //! The pure-Rust bounding volume hierarchy: 8-wide nodes and leaves of 4 primitives, watertight or fast.
 //!
 //! Read `data` for what is kept, `builder` for how it is made, `single` for how one ray goes through it, `mode` for what
-//! the watertight and the fast mode differ in.
+//! the watertight and the fast mode differ in. Scenes of few primitives have a layout and a traversal of their own:
+//! `small` and `sweep`.
 //!
 //! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. In the
 //! watertight mode the test is the same arithmetic on every path and instruction set, and boxes are tested with room
@@ -12,6 +13,7 @@ mod batch;
 mod binning;
 mod boxes;
 mod builder;
+mod course;
 mod data;
 mod emit;
 mod exactly;
@@ -26,10 +28,13 @@ mod ray;
 mod rows;
 mod simd;
 mod single;
+mod small;
 mod sphere;
 mod splits;
 mod stream;
+mod sweep;
 mod watertight;
+mod ways;
 
 pub use simd::Isa;
 
@@ -79,7 +84,9 @@ impl Bvh {
             return Err(too_many(count, "primitives", limit));
         }
         let kept = if options.robust { Watertight::kept } else { Fast::kept };
-        let data = in_pool(options.threads, || builder::build(Primitives { shapes, kept }, options.quality));
+        let mut data =
+            in_pool(options.threads, || builder::build(Primitives { shapes, kept }, options.quality));
+        data.small = small::Small::new(&data, Primitives { shapes, kept });
         let blocks = data.triangles.len().max(data.spheres.len());
         if blocks > Child::MAX_FIRST {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));

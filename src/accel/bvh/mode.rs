@@ -59,12 +59,11 @@ pub(super) trait Mode: Copy + Debug {
         interval: [S::F8; 2],
     ) -> Option<Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>>;
 
-    /// Eight rays against one triangle of a block; `None` if their lines pass by it.
-    fn test_bundle<S: Simd>(
+    /// Eight rays against one triangle; `None` if their lines pass by it.
+    fn test_bundle<S: Simd, const EARLY: bool>(
         simd: S,
         bundle: &Self::Bundle<S::F8>,
-        block: &TriangleBlock,
-        lane: usize,
+        triangle: impl Triangle,
         interval: [S::F8; 2],
     ) -> Option<Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>>;
 
@@ -77,6 +76,36 @@ pub(super) trait Mode: Copy + Debug {
         best: Best,
         weights: &mut Weights,
     ) -> Best;
+}
+
+/// A triangle by the vectors that a mode [keeps](Mode::kept).
+pub(super) trait Triangle: Copy {
+    /// A coordinate of one of the three vectors.
+    fn vector(self, which: usize, axis: usize) -> f32;
+
+    /// The axis of which all corners have the same coordinate, if there is one and the vectors are the corners.
+    fn flat_axis(self) -> Option<usize>;
+}
+
+/// A triangle of a block.
+#[derive(Clone, Copy)]
+pub(super) struct OfBlock<'a> {
+    pub(super) block: &'a TriangleBlock,
+    pub(super) lane: usize,
+}
+
+impl Triangle for OfBlock<'_> {
+    #[inline(always)]
+    fn vector(self, which: usize, axis: usize) -> f32 {
+        self.block.vectors[which][axis][self.lane]
+    }
+
+    #[inline(always)]
+    fn flat_axis(self) -> Option<usize> {
+        let lane = self.lane;
+        let [a, b, c] = &self.block.vectors;
+        (0..3).find(|&axis| a[axis][lane] == b[axis][lane] && a[axis][lane] == c[axis][lane])
+    }
 }
 
 /// Where lines cross triangles.

@@ -4,7 +4,7 @@
 //! Rounding decides whether a ray through a shared edge meets one of the triangles, both or none.
 
 use super::data::{BLOCK, Hierarchy, TriangleBlock};
-use super::mode::{Crossing, Mode};
+use super::mode::{Crossing, Mode, Triangle};
 use super::ray::{Best, Prepared, Weights};
 use super::rows::Rows;
 use super::simd::{Lanes, Mask, Simd};
@@ -83,15 +83,14 @@ impl Mode for Fast {
     }
 
     #[inline(always)]
-    fn test_bundle<S: Simd>(
+    fn test_bundle<S: Simd, const EARLY: bool>(
         simd: S,
         line: &Line<S::F8>,
-        block: &TriangleBlock,
-        lane: usize,
+        triangle: impl Triangle,
         interval: [S::F8; 2],
     ) -> Option<Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>> {
-        let triangle = block.vectors.each_ref().map(|v| v.each_ref().map(|lanes| simd.splat8(lanes[lane])));
-        cross(line, triangle, interval)
+        let vector = |k: usize| [0, 1, 2].map(|axis| simd.splat8(triangle.vector(k, axis)));
+        cross(line, [vector(0), vector(1), vector(2)], interval)
     }
 
     #[inline(always)]

@@ -8,13 +8,14 @@
 use super::data::{BLOCK, Child, Hierarchy, TriangleBlock, WIDTH};
 use super::mode::Mode;
 use super::ray::{Best, Prepared, Weights};
-use super::rows::{EIGHT, Rows};
+use super::rows::{EIGHT, Row, Rows};
 use super::simd::{Mask, Simd};
 use super::single::{STACK, Slabs};
 use super::sphere;
 use super::stream::{PENDING, Pending, STREAM};
 use crate::core::{Ray, Skip};
 use core::marker::PhantomData;
+use glam::Vec3;
 
 /// Visits between taking a child from the stack and visiting it: enough work to hide the way from memory.
 const AHEAD: usize = 8;
@@ -155,7 +156,7 @@ impl<'a, M: Mode> Occlusion<'a, M> {
     #[inline(always)]
     fn leaf<S: Simd>(&self, simd: S, leaf: Child, mut rays: u32) -> u32 {
         if leaf.is_spheres() {
-            return self.sphere_leaf(leaf, rays);
+            return self.sphere_leaf(simd, leaf, rays);
         }
         let blocks = &self.data.triangles[leaf.blocks()];
         let mut hit = 0;
@@ -219,18 +220,41 @@ impl<'a, M: Mode> Occlusion<'a, M> {
     }
 
     /// Which of the rays hit a sphere of a leaf.
-    #[inline(never)]
-    fn sphere_leaf(&self, leaf: Child, mut rays: u32) -> u32 {
+    #[inline(always)]
+    fn sphere_leaf<S: Simd>(&self, simd: S, leaf: Child, mut rays: u32) -> u32 {
         let mut hit = 0;
         while rays != 0 {
             let lane = rays.trailing_zeros() as usize % STREAM;
             rays &= rays - 1;
-            let ray = Prepared::<M>::new(self.given(lane));
-            let none = Best::none(ray.t_max);
-            let best = sphere::intersect_leaf(self.data, &ray, leaf, none, &mut { Weights::NONE });
-            hit |= u32::from(best.is_hit()) << lane;
+            let [ox, oy, oz] = &self.rows.origin;
+            let [dx, dy, dz] = &self.rows.dir;
+            let origin = [simd.splat4(ox[lane]), simd.splat4(oy[lane]), simd.splat4(oz[lane])];
+            let dir = [simd.splat4(dx[lane]), simd.splat4(dy[lane]), simd.splat4(dz[lane])];
+            for index in leaf.blocks() {
+                let met = sphere::may_meet_block(simd, origin, dir, &self.data.spheres[index]);
+                hit |= u32::from(met != 0 && self.meets(lane, index, met)) << lane;
+            }
         }
         hit
+    }
+
+    /// Whether a ray hits one of some spheres of a block.
+    #[inline(never)]
+    fn meets(&self, lane: usize, index: usize, mut spheres: u32) -> bool {
+        let triple = |rows: &[Row; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let line = [triple(&self.rows.origin), triple(&self.rows.dir)];
+        let interval = [self.rows.t_min[lane], self.rows.t_max[lane]];
+        let block = &self.data.spheres[index];
+        while spheres != 0 {
+            let i = spheres.trailing_zeros() as usize % BLOCK;
+            spheres &= spheres - 1;
+            if sphere::first_root(line, interval, block.sphere(i)).is_some()
+                && !self.given(lane).skip.rejects(block.geom_ids[i], block.prim_ids[i])
+            {
+                return true;
+            }
+        }
+        false
     }
 
     /// A ray of the stream as it was given.

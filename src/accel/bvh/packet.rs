@@ -5,7 +5,7 @@
 //! Whitted Ray Tracing", as the packets of Embree do it). The triangle test is the one of a single ray, lane by lane.
 
 use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place};
-use super::mode::Mode;
+use super::mode::{Mode, OfBlock};
 use super::ray::{
     Best, CULL_INFLATION, GREATEST_LENGTH, GREATEST_RECIPROCAL, LEAST_LENGTH, Prepared, SLACK, Weights,
     comes_first,
@@ -15,6 +15,7 @@ use super::single::{Stack, pop, push_sorted};
 use super::sphere;
 use super::watertight::AXES;
 use crate::core::{Hit, Ray, Skip};
+use crate::geometry::Sphere;
 
 /// Rays of a packet.
 pub(super) const PACKET: usize = 8;
@@ -27,6 +28,8 @@ const ORIGIN_SPREAD: f32 = 0.01;
 
 /// Eight rays that go nearly the same way.
 pub(super) struct Packet<M: Mode, F: Copy> {
+    origin: [F; 3],
+    dir: [F; 3],
     sign: [usize; 3],
     frustum: Frustum<F>,
     bundle: M::Bundle<F>,
@@ -112,6 +115,8 @@ impl<M: Mode, F: Lanes<PACKET>> Packet<M, F> {
             [is_narrow(origin[0], spread)?, is_narrow(origin[1], spread)?, is_narrow(origin[2], spread)?];
 
         Some(Self {
+            origin,
+            dir,
             sign,
             frustum: Frustum::new::<S, M>(simd, sign, origins, rcp, range(t_min).0),
             bundle: M::bundle(axes, origin, dir, rcp),
@@ -247,10 +252,8 @@ fn leaf<S: Simd, M: Mode>(
 ) -> bool {
     let mut improved = false;
     if leaf.is_spheres() {
-        for lane in 0..PACKET {
-            improved |= one_by_one::<S, M>(simd, rays, found, lane, |ray, best, weights| {
-                sphere::intersect_leaf(data, ray, leaf, best, weights)
-            });
+        for index in leaf.blocks() {
+            improved |= spheres(simd, data, rays, packet, index, found);
         }
         return improved;
     }
@@ -260,7 +263,9 @@ fn leaf<S: Simd, M: Mode>(
                 break;
             }
             let interval = [packet.t_min, found.t];
-            let Some(crossing) = M::test_bundle(simd, &packet.bundle, block, lane, interval) else {
+            let Some(crossing) =
+                M::test_bundle::<S, true>(simd, &packet.bundle, OfBlock { block, lane }, interval)
+            else {
                 continue;
             };
             let place = Place::triangle(leaf.first() + i, lane);
@@ -283,6 +288,35 @@ fn leaf<S: Simd, M: Mode>(
                     M::edge_on_lanes(data, ray, leaf.first() + i, 1 << lane, best, weights)
                 });
             }
+        }
+    }
+    improved
+}
+
+/// The rays against the spheres of a block. Whether any found something better.
+#[inline(always)]
+fn spheres<S: Simd, M: Mode>(
+    simd: S,
+    data: &Hierarchy,
+    rays: &[Ray; PACKET],
+    packet: &Packet<M, S::F8>,
+    index: usize,
+    found: &mut Found<S::F8>,
+) -> bool {
+    let (block, mut improved) = (&data.spheres[index], false);
+    for lane in 0..BLOCK {
+        if block.geom_ids[lane] == NO_ID {
+            break;
+        }
+        let Sphere { center, radius } = block.sphere(lane);
+        let center = [simd.splat8(center.x), simd.splat8(center.y), simd.splat8(center.z)];
+        let mut met = sphere::may_meet(packet.origin, packet.dir, center, simd.splat8(radius));
+        while met != 0 {
+            let ray = met.trailing_zeros() as usize % PACKET;
+            met &= met - 1;
+            improved |= one_by_one::<S, M>(simd, rays, found, ray, |ray, best, weights| {
+                sphere::nearest(data, ray, index, 1 << lane, best, weights)
+            });
         }
     }
     improved

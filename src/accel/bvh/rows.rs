@@ -57,12 +57,7 @@ impl Rows {
         if usual != 0xff {
             eight = Eight::new(simd, tamed(rays, usual).each_ref());
         }
-        let Eight { origin, dir, t_min, t_max } = eight;
-        let splat = |x| simd.splat8(x);
-        let greatest = splat(GREATEST_RECIPROCAL);
-        let rcp = dir.map(|d| (splat(1.0) / d).max(splat(-GREATEST_RECIPROCAL)).min(greatest));
-        let t_max = t_max.min(splat(f32::MAX));
-        let slack = splat(SLACK) * length(origin);
+        let Ready { origin, dir, rcp, near, far, t_min, t_max } = Ready::new::<S, M>(simd, eight);
         let (lines, axes) = M::lines(origin, dir, rcp);
 
         let store = |row: &mut Row, v: S::F8| row[first..first + EIGHT].copy_from_slice(&v.to_array());
@@ -70,18 +65,14 @@ impl Rows {
             store(&mut self.origin[k], origin[k]);
             store(&mut self.dir[k], dir[k]);
             store(&mut self.rcp[k], rcp[k]);
-            let middle = origin[k] * rcp[k];
+            store(&mut self.near[k], near[k]);
             if M::WATERTIGHT {
-                let slack = slack * magnitude(rcp[k]);
-                store(&mut self.near[k], middle + slack);
-                store(&mut self.far[k], middle - slack);
-            } else {
-                store(&mut self.near[k], middle);
+                store(&mut self.far[k], far[k]);
             }
         }
         store(&mut self.t_min, t_min);
         store(&mut self.t_max, t_max);
-        store(&mut self.limit, t_max * splat(CULL_INFLATION));
+        store(&mut self.limit, t_max * simd.splat8(CULL_INFLATION));
         for (row, line) in self.lines.iter_mut().zip(lines) {
             store(row, line);
         }
@@ -89,8 +80,42 @@ impl Rows {
     }
 }
 
+/// Eight rays in the form that the inner loops read: see [`Prepared`](super::ray::Prepared).
+pub(super) struct Ready<F> {
+    pub(super) origin: [F; 3],
+    pub(super) dir: [F; 3],
+    pub(super) rcp: [F; 3],
+    pub(super) near: [F; 3],
+    pub(super) far: [F; 3],
+    pub(super) t_min: F,
+    pub(super) t_max: F,
+}
+
+impl<F: Lanes<EIGHT>> Ready<F> {
+    #[inline(always)]
+    pub(super) fn new<S: Simd<F8 = F>, M: Mode>(simd: S, eight: Eight<F>) -> Self {
+        let Eight { origin, dir, t_min, t_max } = eight;
+        let greatest = simd.splat8(GREATEST_RECIPROCAL);
+        let (one, least) = (simd.splat8(1.0), simd.splat8(-GREATEST_RECIPROCAL));
+        let mut rcp = dir;
+        for rcp in &mut rcp {
+            *rcp = (one / *rcp).max(least).min(greatest);
+        }
+        let slack = simd.splat8(SLACK) * length(origin);
+        let middle = [origin[0] * rcp[0], origin[1] * rcp[1], origin[2] * rcp[2]];
+        let (mut near, mut far) = (middle, middle);
+        if M::WATERTIGHT {
+            for k in 0..3 {
+                let slack = slack * magnitude(rcp[k]);
+                (near[k], far[k]) = (middle[k] + slack, middle[k] - slack);
+            }
+        }
+        Self { origin, dir, rcp, near, far, t_min, t_max: t_max.min(simd.splat8(f32::MAX)) }
+    }
+}
+
 /// Eight rays as they were given.
-struct Eight<F> {
+pub(super) struct Eight<F> {
     origin: [F; 3],
     dir: [F; 3],
     t_min: F,
@@ -99,7 +124,7 @@ struct Eight<F> {
 
 impl<F: Lanes<EIGHT>> Eight<F> {
     #[inline(always)]
-    fn new<S: Simd<F8 = F>>(simd: S, rays: [&Ray; EIGHT]) -> Self {
+    pub(super) fn new<S: Simd<F8 = F>>(simd: S, rays: [&Ray; EIGHT]) -> Self {
         let load = |component: fn(&Ray) -> f32| simd.load8(&rays.map(component));
         Self {
             origin: [load(|r| r.origin.x), load(|r| r.origin.y), load(|r| r.origin.z)],
@@ -111,7 +136,7 @@ impl<F: Lanes<EIGHT>> Eight<F> {
 
     /// Those that need no [`tamed`].
     #[inline(always)]
-    fn usual(&self) -> u32 {
+    pub(super) fn usual(&self) -> u32 {
         let (from, along) = (length(self.origin), length(self.dir));
         let usual = from.le(from.splat(f32::MAX))
             & along.splat(LEAST_LENGTH).le(along)

@@ -236,7 +236,7 @@ pub(super) fn intersect_leaf<S: Simd, M: Mode, const ANY: bool>(
     weights: &mut Weights,
 ) -> Best {
     if leaf.is_spheres() {
-        return sphere::intersect_leaf(data, ray, leaf, best, weights);
+        return sphere::intersect_leaf(simd, data, ray, leaf, best, weights);
     }
     let lanes = M::lanes(simd, ray);
     for (i, block) in data.triangles[leaf.blocks()].iter().enumerate() {

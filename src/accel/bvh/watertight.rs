@@ -7,7 +7,7 @@
 //! corner leave no gap. There is no fused multiply-add here: it would break both properties.
 
 use super::data::{BLOCK, Hierarchy, Place, TriangleBlock};
-use super::mode::{self, Mode};
+use super::mode::{self, Mode, OfBlock, Triangle};
 use super::ray::{Best, Prepared, Weights};
 use super::rows::{Row, Rows};
 use super::simd::{Array, Lanes, Mask, Simd};
@@ -167,22 +167,26 @@ impl Mode for Watertight {
     }
 
     #[inline(always)]
-    fn test_bundle<S: Simd>(
+    fn test_bundle<S: Simd, const EARLY: bool>(
         simd: S,
         bundle: &Bundle<S::F8>,
-        block: &TriangleBlock,
-        lane: usize,
+        triangle: impl Triangle,
         interval: [S::F8; 2],
     ) -> Option<mode::Crossing<S::F8, <S::F8 as Lanes<8>>::Mask>> {
         let axes = bundle.axes.map(|axis| axis.min(2));
-        let corners = block.vectors.each_ref().map(|corner| axes.map(|axis| simd.splat8(corner[axis][lane])));
+        let [x, y, z] = axes;
+        let mut corners = [[interval[0]; 3]; 3];
+        for (k, corner) in corners.iter_mut().enumerate() {
+            let at = |axis| triangle.vector(k, axis);
+            *corner = [simd.splat8(at(x)), simd.splat8(at(y)), simd.splat8(at(z))];
+        }
         let crossing = cross(&bundle.shear, &corners);
-        if crossing.inside.bits() == 0 {
+        if EARLY && crossing.inside.bits() == 0 {
             return None;
         }
         let mut t = crossing.distance(&bundle.shear);
-        if let Some(axis) = flat_axis(block, lane) {
-            let plane = simd.splat8(block.vectors[0][axis][lane]);
+        if let Some(axis) = triangle.flat_axis() {
+            let plane = simd.splat8(triangle.vector(0, axis));
             let flat = crossing.flat_distance(&bundle.shear, bundle.origin[axis], plane, bundle.rcp[axis]);
             t = flat.select(crossing.is_blurred(&bundle.shear, t), t);
         }
@@ -282,13 +286,6 @@ fn flat_lanes<const N: usize, F: Lanes<N>>([a, b, c]: &Corners<F>) -> u32 {
     !(differs(0) & differs(1) & differs(2)).bits()
 }
 
-/// The axis of which all corners of a triangle have the same coordinate, if there is one.
-#[inline(always)]
-fn flat_axis(block: &TriangleBlock, lane: usize) -> Option<usize> {
-    let [a, b, c] = &block.vectors;
-    (0..3).find(|&axis| a[axis][lane] == b[axis][lane] && a[axis][lane] == c[axis][lane])
-}
-
 /// The distances of a block's triangles, with those of the flat ones among `lanes` replaced as by
 /// [`Crossing::flat_distance`]. Out of line: few blocks have any.
 #[inline(never)]
@@ -302,7 +299,7 @@ fn with_flat_distances(
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize % BLOCK;
         lanes &= lanes - 1;
-        if let Some(axis) = flat_axis(block, lane) {
+        if let Some(axis) = (OfBlock { block, lane }).flat_axis() {
             let [a, b, c] = &block.vectors;
             let depth =
                 |corner: &[[f32; BLOCK]; 3]| (corner[line.axes[2]][lane] - line.origin.z) * line.shear.z;
@@ -380,7 +377,8 @@ impl<F: Copy, M: Mask> Crossing<F, M> {
     where
         F: Lanes<N, Mask = M>,
     {
-        let [a, b, c] = self.depths.map(|depth| depth * ray.shear[2]);
+        let [a, b, c] = self.depths;
+        let [a, b, c] = [a * ray.shear[2], b * ray.shear[2], c * ray.shear[2]];
         let farthest = a.max(b).max(c).max(t.splat(0.0) - a.min(b).min(c));
         (t * t.splat(BLURRED)).le(farthest)
     }
