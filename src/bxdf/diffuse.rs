@@ -22,10 +22,17 @@ impl Diffuse {
         Drawn { wi, weight, cos_half: 1.0, pdf: weight * warp::cosine_hemisphere_pdf(local.z) }
     }
 
+    /// The density of [`draw`](Self::draw) at `wi`, over solid angle, in 1/sr: the same for any reflectance.
+    #[inline(always)]
+    pub fn density(n: Vec3, ng: Vec3, wi: Vec3) -> f32 {
+        let pdf = warp::cosine_hemisphere_pdf(n.dot(wi));
+        if ng.dot(wi) > 0.0 { pdf } else { 0.0 }
+    }
+
     /// The value is the reflectance times the density.
     #[inline(always)]
     pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        let pdf = if at.ng.dot(wi) > 0.0 { warp::cosine_hemisphere_pdf(at.n.dot(wi)) } else { 0.0 };
+        let pdf = Self::density(at.n, at.ng, wi);
         (self.reflectance * pdf, pdf)
     }
 

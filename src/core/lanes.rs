@@ -3,6 +3,7 @@
 //! Written as plain loops over arrays: inside [`widely`](super::widely), a compiler turns each operation on eight
 //! numbers into one instruction, and every lane has the bits that it would have alone.
 
+use super::Rgb;
 use glam::Vec3;
 
 /// Lanes of a group.
@@ -30,5 +31,27 @@ impl Vectors {
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Vec3 {
         Vec3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+}
+
+/// A colour in each lane, by channel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Colours {
+    r: Floats,
+    g: Floats,
+    b: Floats,
+}
+
+impl Colours {
+    /// Puts a colour into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, colour: Rgb) {
+        (self.r[lane], self.g[lane], self.b[lane]) = (colour.r, colour.g, colour.b);
+    }
+
+    /// The colour in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Rgb {
+        Rgb::new(self.r[lane], self.g[lane], self.b[lane])
     }
 }

@@ -32,37 +32,37 @@ impl Rgb {
     }
 
     /// Luminance Y of linear Rec. 709.
-    #[inline]
+    #[inline(always)]
     pub fn luminance(self) -> f32 {
         0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
     }
 
     /// The largest channel.
-    #[inline]
+    #[inline(always)]
     pub fn max_channel(self) -> f32 {
         self.r.max(self.g).max(self.b)
     }
 
     /// Whether each channel is zero.
-    #[inline]
+    #[inline(always)]
     pub fn is_black(self) -> bool {
         self == Self::BLACK
     }
 
     /// Whether no channel is NaN or infinite.
-    #[inline]
+    #[inline(always)]
     pub fn is_finite(self) -> bool {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
     }
 
     /// The channels as an array.
-    #[inline]
+    #[inline(always)]
     pub fn to_array(self) -> [f32; 3] {
         [self.r, self.g, self.b]
     }
 
     /// A function of each channel.
-    #[inline]
+    #[inline(always)]
     pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
         Self::new(f(self.r), f(self.g), f(self.b))
     }
@@ -76,7 +76,7 @@ impl From<[f32; 3]> for Rgb {
 
 impl Add for Rgb {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         Self::new(self.r + o.r, self.g + o.g, self.b + o.b)
     }
@@ -84,14 +84,14 @@ impl Add for Rgb {
 
 impl Sub for Rgb {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, o: Self) -> Self {
         Self::new(self.r - o.r, self.g - o.g, self.b - o.b)
     }
 }
 
 impl AddAssign for Rgb {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
@@ -99,7 +99,7 @@ impl AddAssign for Rgb {
 
 impl Mul for Rgb {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, o: Self) -> Self {
         Self::new(self.r * o.r, self.g * o.g, self.b * o.b)
     }
@@ -107,21 +107,21 @@ impl Mul for Rgb {
 
 impl Mul<f32> for Rgb {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, k: f32) -> Self {
         Self::new(self.r * k, self.g * k, self.b * k)
     }
 }
 
 impl MulAssign for Rgb {
-    #[inline]
+    #[inline(always)]
     fn mul_assign(&mut self, o: Self) {
         *self = *self * o;
     }
 }
 
 impl MulAssign<f32> for Rgb {
-    #[inline]
+    #[inline(always)]
     fn mul_assign(&mut self, k: f32) {
         *self = *self * k;
     }
@@ -129,7 +129,7 @@ impl MulAssign<f32> for Rgb {
 
 impl Div<f32> for Rgb {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, k: f32) -> Self {
         Self::new(self.r / k, self.g / k, self.b / k)
     }

@@ -102,16 +102,30 @@ impl Mixture {
         let d = p - self.origin;
         let mut spans = Floats::default();
         for k in 0..LANES {
-            let (x, y, z) = (
-                self.x[k] - self.nearness[k] * d.x,
-                self.y[k] - self.nearness[k] * d.y,
-                self.z[k] - self.nearness[k] * d.z,
-            );
-            let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
-            let (x, y, z) = (wi.x - x * inverse, wi.y - y * inverse, wi.z - z * inverse);
-            spans[k] = self.width[k] + (x * x + y * y + z * z);
+            spans[k] = self.span(k, self.axis(k, d), wi);
         }
         spans
+    }
+
+    /// The axis of a lobe, seen from `d` beside the origin; unit length.
+    #[inline(always)]
+    fn axis(&self, k: usize, d: Vec3) -> Vec3 {
+        let axis = Vec3::new(
+            self.x[k] - self.nearness[k] * d.x,
+            self.y[k] - self.nearness[k] * d.y,
+            self.z[k] - self.nearness[k] * d.z,
+        );
+        axis * (1.0 / axis.length())
+    }
+
+    #[inline(always)]
+    fn span(&self, k: usize, axis: Vec3, wi: Vec3) -> f32 {
+        self.width[k] + (wi - axis).length_squared()
+    }
+
+    #[inline(always)]
+    fn density(&self, k: usize, span: f32) -> f32 {
+        self.scale[k] / (span * span * span)
     }
 
     /// The density of each lobe where it has these [`spans`](Self::spans), times its weight: in 1/sr.
@@ -119,7 +133,7 @@ impl Mixture {
     pub fn densities(&self, spans: &Floats) -> Floats {
         let mut densities = Floats::default();
         for k in 0..LANES {
-            densities[k] = self.scale[k] / (spans[k] * spans[k] * spans[k]);
+            densities[k] = self.density(k, spans[k]);
         }
         densities
     }
@@ -128,6 +142,19 @@ impl Mixture {
     #[inline(always)]
     pub fn pdf(&self, p: Vec3, wi: Vec3) -> f32 {
         sum(self.densities(&self.spans(p, wi)))
+    }
+
+    /// [`pdf`](Self::pdf) at each of two unit vectors.
+    #[inline(always)]
+    pub fn pdfs(&self, p: Vec3, [first, second]: [Vec3; 2]) -> [f32; 2] {
+        let d = p - self.origin;
+        let [mut of_first, mut of_second] = [Floats::default(); 2];
+        for k in 0..LANES {
+            let axis = self.axis(k, d);
+            of_first[k] = self.density(k, self.span(k, axis, first));
+            of_second[k] = self.density(k, self.span(k, axis, second));
+        }
+        [sum(of_first), sum(of_second)]
     }
 
     /// Draws a unit vector for the point `p`; `u` is in `[0, 1)`.

@@ -306,10 +306,8 @@ impl Integrator<'_> {
         let must_end = path.depth >= settings.max_depth;
         let may_end = path.depth >= self.roulette_from && (must_end || bxdf.kind() != LobeKind::Delta);
         if may_end && !leaving.emission_only[lobe] {
-            // A survivor stands for those that were ended: Arvo and Kirk 1990. What a guide has chosen for being bright is
-            // no less worth following for being light.
-            let most = if must_end { MAX_SURVIVAL } else { 1.0 };
-            let share = (beta.max_channel() * favour / DIM).min(most);
+            // A survivor stands for those that were ended: Arvo and Kirk 1990.
+            let share = share_of_survivors(beta, favour, most_survivors(must_end));
             if survival() >= share {
                 return;
             }
@@ -344,6 +342,19 @@ const DIM: f32 = 1.0 / 3.0;
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
 const MAX_SURVIVAL: f32 = 0.99;
+
+/// The greatest share of paths that survives, where some must end or where none must.
+#[inline(always)]
+pub(super) fn most_survivors(must_end: bool) -> f32 {
+    if must_end { MAX_SURVIVAL } else { 1.0 }
+}
+
+/// The share of paths of a weight that survives: what a guide has chosen for being bright is no less worth following for
+/// being light.
+#[inline(always)]
+pub(super) fn share_of_survivors(beta: Rgb, favour: f32, most: f32) -> f32 {
+    (beta.max_channel() * favour / DIM).min(most)
+}
 
 /// The first index at which the running sum of the weights exceeds `x`, the last that has a weight if none does; and how
 /// far into its weight `x` is, in `[0, 1)`.

@@ -2,7 +2,7 @@
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
 use super::bounce::{Leaving, Reached};
-use super::eight::{Eight, Lane};
+use super::eight::Eight;
 use super::guided::{self, Guide};
 use super::path::Path;
 use super::wave::Integrator;
@@ -10,7 +10,7 @@ use crate::bxdf::{Bsdf, Bxdf, LobeKind};
 use crate::core::lanes::LANES;
 use crate::core::{Ray, Rgb};
 use crate::scene::{
-    DirectLight, EightSamples, EmitterHit, LightSample, Receiver, Receivers, SurfaceInteraction,
+    DirectLight, EightSamples, EmitterHit, Interactions, LightSample, Receivers, SurfaceInteraction,
 };
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -25,12 +25,21 @@ pub(super) struct Unoccluded {
 ///
 /// Of their quotient, since the square of a sharp lobe's density may overflow.
 #[inline(always)]
-fn power_heuristic(mine: f32, other: f32) -> f32 {
+pub(super) fn power_heuristic(mine: f32, other: f32) -> f32 {
     if other == 0.0 || mine == f32::INFINITY {
         return 1.0;
     }
     let ratio = other / mine;
     1.0 / (1.0 + ratio * ratio)
+}
+
+/// Radiance of which no channel is above `most`.
+#[inline(always)]
+pub(super) fn bounded_by(most: f32, radiance: Rgb) -> Rgb {
+    let channel = radiance.max_channel();
+    // What is not finite is the film's to count.
+    let exceeds = (channel > most) & channel.is_finite();
+    radiance * if exceeds { most / channel } else { 1.0 }
 }
 
 impl Integrator<'_> {
@@ -43,17 +52,16 @@ impl Integrator<'_> {
         leaving: &[Leaving; LANES],
         samples: &mut EightSamples,
     ) {
-        let mut receivers = Receivers::default();
+        let (mut lobes_look, mut there) = ([false; LANES], [false; LANES]);
         for (lane, leaving) in leaving.iter().enumerate() {
-            let lobes_look = leaving.lobes_look;
-            if let Some(bsdf) = bsdfs[lane]
-                && self.samples_lights[usize::from(lobes_look)]
-                && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
-            {
-                let point = Lane { eight: drawn, lane }.point();
-                receivers.set(lane, &Receiver { p: point.p, n: point.at.n, lobes_look });
-            }
+            lobes_look[lane] = leaving.lobes_look;
+            there[lane] = bsdfs[lane].is_some_and(|bsdf| {
+                self.samples_lights[usize::from(leaving.lobes_look)]
+                    && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
+            });
         }
+        let Interactions { p, n, .. } = drawn.points;
+        let receivers = Receivers { p: *p, n: *n, lobes_look, there };
         if !receivers.is_empty() {
             self.scene.lights.sample_eight(&receivers, || drawn.fine(), &drawn.light(), samples);
         }
@@ -131,11 +139,7 @@ impl Integrator<'_> {
     #[inline]
     pub(super) fn bounded(&self, radiance: Rgb, reflections: u32) -> Rgb {
         match self.scene.settings.clamp_indirect {
-            Some(most) if reflections > 1 => {
-                let channel = radiance.max_channel();
-                // What is not finite is the film's to count.
-                if channel > most && channel.is_finite() { radiance * (most / channel) } else { radiance }
-            }
+            Some(most) if reflections > 1 => bounded_by(most, radiance),
             _ => radiance,
         }
     }

@@ -7,21 +7,22 @@ use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, Incidence, LobeKind, Policy};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
-use crate::scene::{DirectLight, Needs, Scene, SurfaceInteraction};
+use crate::scene::{DirectLight, Interactions, Needs, Scene, SurfaceInteraction};
 
 /// Eight surfaces that rays have hit, and what is drawn at nearly every one.
 ///
 /// What is not at hand since none of the eight was thought to need it can be drawn for one alone: the numbers are the
 /// same.
 pub(super) struct Eight<'a> {
-    points: &'a [SurfaceInteraction; LANES],
+    /// Where they are.
+    pub points: &'a Interactions,
     /// The paths that have come to them.
-    from: [&'a Path; LANES],
+    pub from: [&'a Path; LANES],
     samplers: [Sampler; LANES],
     /// The direction of the first lobe's ray, where it is one.
-    lobe: Pairs,
+    pub lobe: Pairs,
     /// The numbers of the guides of diffuse rays, where caustics are.
-    guides: [Option<u32>; LANES],
+    pub guides: [Option<u32>; LANES],
     /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
     choice: Option<Pairs>,
     /// Which light, and the direction towards it.
@@ -55,8 +56,8 @@ impl<'a> Lane<'a> {
 
     /// Where it is.
     #[inline(always)]
-    pub(super) fn point(self) -> &'a SurfaceInteraction {
-        &self.eight.points[self.lane]
+    pub(super) fn point(self) -> SurfaceInteraction {
+        self.eight.points.get(self.lane)
     }
 
     /// The numbers for the direction of the first lobe's ray, where it is one.
@@ -156,19 +157,13 @@ impl Integrator<'_> {
     #[inline(always)]
     pub(super) fn draw_eight<'a>(
         &self,
-        points: &'a [SurfaceInteraction; LANES],
+        points: &'a Interactions,
         from: [&'a Path; LANES],
         samplers: [Sampler; LANES],
     ) -> Eight<'a> {
-        let [mut p, mut n, mut ng] = [Vectors::default(); 3];
-        for (lane, point) in points.iter().enumerate() {
-            p.set(lane, point.p);
-            n.set(lane, point.at.n);
-            ng.set(lane, point.at.ng);
-        }
         let mut guides = [None; LANES];
         if let Some(caustics) = self.caustics {
-            guides = caustics.find(&p, &n);
+            guides = caustics.find(&points.p, &points.n);
         }
 
         let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
@@ -196,7 +191,7 @@ impl Integrator<'_> {
         bsdfs: &[Option<&Bsdf>; LANES],
         leaving: &[Leaving; LANES],
     ) -> Directions {
-        let [mut wo, mut n, mut ng] = [Vectors::default(); 3];
+        let Interactions { wo, n, ng, .. } = *eight.points;
         let [mut x, mut y, mut alpha, mut exponent] = [Floats::default(); 4];
         let [mut turns, mut divides, mut reciprocal] = [Floats::default(); 3];
         let [mut diffuse, mut metal, mut power] = [[false; LANES]; 3];
@@ -210,7 +205,7 @@ impl Integrator<'_> {
                     diffuse[lane] = true;
                     // Where the number asks the guide, nobody looks at what it would draw from the lobe.
                     if let (Some(caustics), Some(guide)) = (self.caustics, leaving.guide) {
-                        x[lane] = guided::unguided(caustics.cell(guide), x[lane]);
+                        x[lane] = guided::unguided(caustics.cell(guide).share, x[lane]);
                     }
                 }
                 bxdf @ Bxdf::Conductor(lobe) if bxdf.kind() == LobeKind::Glossy => {
@@ -226,16 +221,10 @@ impl Integrator<'_> {
                 }
                 _ => continue,
             }
-            let Incidence { wo: view, n: shading, ng: geometric, .. } = drawn.point().at;
-            wo.set(lane, view);
-            n.set(lane, shading);
-            ng.set(lane, geometric);
         }
         let mut directions = Directions::default();
         if diffuse.contains(&true) {
-            for lane in 0..LANES {
-                directions.set(lane, Diffuse::draw(n.get(lane), ng.get(lane), [x[lane], y[lane]]));
-            }
+            directions = Directions::diffuse(eight.points, &[x, y]);
         }
         if metal.contains(&true) {
             let mut metals = Directions::default();
@@ -265,14 +254,25 @@ impl Integrator<'_> {
 /// Directions of eight rays, where they are known.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Directions {
-    wi: Vectors,
-    weight: Floats,
+    pub wi: Vectors,
+    pub weight: Floats,
     cos_half: Floats,
-    pdf: Floats,
+    pub pdf: Floats,
     there: [bool; LANES],
 }
 
 impl Directions {
+    /// Those that the numbers `u` draw from diffuse lobes of eight points.
+    #[inline(always)]
+    pub(super) fn diffuse(points: &Interactions, [x, y]: &Pairs) -> Self {
+        let mut directions = Self::default();
+        for lane in 0..LANES {
+            let (n, ng) = (points.n.get(lane), points.ng.get(lane));
+            directions.set(lane, Diffuse::draw(n, ng, [x[lane], y[lane]]));
+        }
+        directions
+    }
+
     #[inline(always)]
     fn set(&mut self, lane: usize, drawn: Drawn) {
         self.wi.set(lane, drawn.wi);

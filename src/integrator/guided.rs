@@ -37,14 +37,14 @@ impl<'a> Integrator<'a> {
 
 /// The part of a number in `[low, low + width)` that it is in, in `[0, 1)`.
 #[inline(always)]
-fn within(u: f32, low: f32, width: f32) -> f32 {
+pub(super) fn within(u: f32, low: f32, width: f32) -> f32 {
     ((u - low) / width).min(1.0 - 0.5 * f32::EPSILON)
 }
 
-/// What is left of a number for the lobe itself, where the number does not ask the guide.
+/// What is left of a number for the lobe itself, where the number does not ask the guide, which has a `share` of them.
 #[inline(always)]
-pub(super) fn unguided(cell: &Cell, u: f32) -> f32 {
-    within(u, cell.share, 1.0 - cell.share)
+pub(super) fn unguided(share: f32, u: f32) -> f32 {
+    within(u, share, 1.0 - share)
 }
 
 /// A direction drawn from the mixture of a lobe and its guide.
@@ -74,7 +74,7 @@ pub(super) fn sample(
     let wi = if u[0] < cell.share {
         cell.mixture.sample(p, [within(u[0], 0.0, cell.share), u[1]])
     } else {
-        of_lobe([unguided(cell, u[0]), u[1]])?.wi
+        of_lobe([unguided(cell.share, u[0]), u[1]])?.wi
     };
     let (f_cos, alone) = bxdf.evaluate(at, wi);
     let pdf = mixed(alone, cell, p, wi);
@@ -95,5 +95,11 @@ pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide>, wi: Ve
 /// The density of the mixture along `wi`, where the lobe alone has the density `alone`.
 #[inline(always)]
 fn mixed(alone: f32, cell: &Cell, p: Vec3, wi: Vec3) -> f32 {
-    cell.share * cell.mixture.pdf(p, wi) + (1.0 - cell.share) * alone
+    mix(cell.share, cell.mixture.pdf(p, wi), alone)
+}
+
+/// A density of which `guided` has a share, and the density `alone` the rest.
+#[inline(always)]
+pub(super) fn mix(share: f32, guided: f32, alone: f32) -> f32 {
+    share * guided + (1.0 - share) * alone
 }

@@ -7,6 +7,7 @@
 //! caustics) and `occlusion` (reflections of the environment without rays); `roots` is where it all comes together.
 //! Knows nothing of threads, files or progress.
 
+mod alike;
 mod bounce;
 mod direct;
 mod eight;

@@ -1,7 +1,8 @@
 //! In which order the rays of a wave are shaded.
 
-use crate::bxdf::Bsdf;
-use crate::core::Hit;
+use crate::bxdf::{Bsdf, Bxdf, LobeKind};
+use crate::core::{Hit, Rgb};
+use crate::scene::Material;
 
 /// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
 /// turns, otherwise in their order, so that neighbours stay neighbours.
@@ -14,6 +15,8 @@ pub(super) struct Order {
 }
 
 impl Order {
+    /// The kind of surfaces with a diffuse lobe, which is the same everywhere, and nothing else.
+    pub(super) const DIFFUSE: usize = 1 + LobeKind::Diffuse as usize;
     /// The kind of rays that hit nothing.
     pub(super) const MISSED: usize = 5;
     const KINDS: usize = Self::MISSED + 1;
@@ -54,12 +57,21 @@ impl Order {
     }
 }
 
-/// The kind of a surface.
-pub(super) fn kind_of(bsdf: Option<&Bsdf>) -> u8 {
+/// The kind of surfaces of a material with the lobes `bsdf`, where they are the same everywhere.
+pub(super) fn kind_of(material: &Material, bsdf: Option<&Bsdf>) -> u8 {
+    let shines = material.emission.is_some() || material.ambient.is_some();
     match bsdf.map(Bsdf::lobes) {
         Some([]) => 0,
-        Some([lobe]) => 1 + lobe.kind() as u8,
+        Some([lobe]) if !shines => 1 + lobe.kind() as u8,
         _ => 4,
+    }
+}
+
+/// What a surface of the kind [`Order::DIFFUSE`] reflects.
+pub(super) fn reflectance(bsdf: Option<&Bsdf>) -> Rgb {
+    match bsdf.map(Bsdf::lobes) {
+        Some([Bxdf::Diffuse(lobe)]) => lobe.reflectance,
+        _ => Rgb::BLACK,
     }
 }
 

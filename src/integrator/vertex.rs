@@ -97,7 +97,7 @@ impl Integrator<'_> {
         out: &mut Outgoing,
     ) -> Option<&'b Bsdf> {
         let Seen { ray, hit, drawn } = *seen;
-        let (path, point) = (drawn.path(), drawn.point());
+        let (path, point) = (drawn.path(), &drawn.point());
         let geometry = &self.scene.geometries[hit.geom_id as usize];
         let material = &self.scene.materials[geometry.material as usize];
 
@@ -151,7 +151,7 @@ impl Integrator<'_> {
         light: Option<LightSample>,
         out: &mut Outgoing,
     ) {
-        let (path, point, sampler) = (drawn.path(), drawn.point(), drawn.sampler());
+        let (path, point, sampler) = (drawn.path(), &drawn.point(), drawn.sampler());
         let from = Reached { path, point, bsdf };
         if self.is_last(path) {
             let seen = self.end(path, &point.at, bsdf, sampler, out.tally);

@@ -3,14 +3,14 @@
 use super::bounce::Leaving;
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
-use super::order::{Order, kind_of};
+use super::order::{Order, kind_of, reflectance};
 use super::path::{Path, Rays, Vertex, Wave};
 use super::roots::Roots;
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::Bsdf;
-use crate::core::lanes::{LANES, Vectors};
+use crate::core::lanes::{Colours, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
@@ -33,6 +33,10 @@ pub struct Integrator<'a> {
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// The kind of each geometry: see [`kind_of`].
     kinds: Vec<u8>,
+    /// Of each geometry, what those of the kind [`Order::DIFFUSE`] reflect.
+    reflectances: Vec<Rgb>,
+    /// Whether diffuse surfaces may be shaded side by side.
+    pub(super) alike: bool,
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
     /// Where diffuse surfaces look for caustics, if there are any.
@@ -109,11 +113,18 @@ impl<'a> Integrator<'a> {
         let bsdfs: Vec<_> = scene.materials.iter().map(Material::uniform_bsdf).collect();
         let planned = Plan::of(scene).samples_lights;
         let samples_lights = [false, true].map(|looks| planned && scene.lights.needs(looks).direction);
-        let kinds = scene.geometries.iter().map(|g| kind_of(bsdfs[g.material as usize].as_ref())).collect();
+        let of_geometries = || {
+            let material = scene.geometries.iter().map(|geometry| geometry.material as usize);
+            material.map(|material| (&scene.materials[material], bsdfs[material].as_ref()))
+        };
+        let kinds = of_geometries().map(|(material, bsdf)| kind_of(material, bsdf)).collect();
+        let reflectances = of_geometries().map(|(_, bsdf)| reflectance(bsdf)).collect();
         Self {
             scene,
             accel,
             kinds,
+            reflectances,
+            alike: Self::shades_alike(scene),
             samples_lights,
             likely: Likely::of(scene, samples_lights, &bsdfs),
             bsdfs,
@@ -274,7 +285,7 @@ impl<'a> Integrator<'a> {
                 } else {
                     let next = &rays_of_kind[k * LANES + group.len()..];
                     self.scene.prefetch(|i| hits[*next.get(i)? as usize].as_ref());
-                    self.shade_group(group, paths, rays, hits, &mut out);
+                    self.shade_group((kind, group), paths, rays, hits, &mut out);
                 }
             }
         }
@@ -284,7 +295,7 @@ impl<'a> Integrator<'a> {
     #[inline(always)]
     fn shade_group(
         &self,
-        group: &[u32],
+        (kind, group): (usize, &[u32]),
         paths: &[Path],
         rays: &[Ray],
         hits: &[Option<Hit>],
@@ -303,6 +314,13 @@ impl<'a> Integrator<'a> {
         }
         let points = self.scene.interactions(seen);
         let eight = self.draw_eight(&points, from, samplers);
+        if self.are_alike(kind, out) {
+            let mut reflectance = Colours::default();
+            for (lane, (_, hit)) in seen.into_iter().enumerate() {
+                reflectance.set(lane, self.reflectances[hit.geom_id as usize]);
+            }
+            return self.reflect_alike(&eight, (group.len(), reflectance), out);
+        }
         let drawn = |lane: usize| Lane { eight: &eight, lane };
 
         let (mut here, mut leaving) = ([const { None }; LANES], [Leaving::default(); LANES]);

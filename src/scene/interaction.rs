@@ -42,8 +42,7 @@ const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
 impl Scene {
     /// What `hit` means: the same for every backend.
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let [interaction, ..] = self.interactions([(ray, hit); LANES]);
-        interaction
+        self.interactions([(ray, hit); LANES]).get(0)
     }
 
     /// Asks for what the next hits will need, to be called every eight: see [`prefetch_hits`].
@@ -57,22 +56,122 @@ impl Scene {
     /// The point comes from the barycentric coordinates (pbrt-v4, 6.8.5), which bounds its error by the size of the
     /// coordinates and not by the length of the ray.
     #[inline(always)]
-    pub fn interactions(&self, hits: [(&Ray, &Hit); LANES]) -> [SurfaceInteraction; LANES] {
-        let mut triangles = Triangles::default();
+    pub fn interactions(&self, hits: [(&Ray, &Hit); LANES]) -> Interactions {
+        let (mut triangles, mut spheres) = (Triangles::default(), [None; LANES]);
+        let (mut geom_id, mut prim_id) = ([0; LANES], [0; LANES]);
         for (lane, (ray, hit)) in hits.into_iter().enumerate() {
-            if let Shape::Mesh(mesh) = &self.shapes[hit.geom_id as usize] {
-                triangles.set(lane, mesh, ray, hit);
+            (geom_id[lane], prim_id[lane]) = (hit.geom_id, hit.prim_id);
+            match &self.shapes[hit.geom_id as usize] {
+                Shape::Mesh(mesh) => triangles.set(lane, mesh, ray, hit),
+                Shape::Spheres(of_shape) => spheres[lane] = Some(of_shape[hit.prim_id as usize]),
             }
         }
-        let points = triangles.points();
-        let mut interactions = [SurfaceInteraction::NOWHERE; LANES];
+        let mut interactions = Interactions { geom_id, prim_id, ..triangles.interactions() };
         for (lane, (ray, hit)) in hits.into_iter().enumerate() {
-            interactions[lane] = match &self.shapes[hit.geom_id as usize] {
-                Shape::Mesh(_) => points.get(lane, ray, hit),
-                Shape::Spheres(spheres) => on_sphere(spheres[hit.prim_id as usize], ray, hit),
-            };
+            if let Some(sphere) = spheres[lane] {
+                interactions.set(lane, &on_sphere(sphere, ray, hit));
+            }
         }
         interactions
+    }
+}
+
+/// Points of eight surfaces side by side: see [`SurfaceInteraction`].
+#[derive(Clone, Copy, Debug)]
+pub struct Interactions {
+    /// The points.
+    pub p: Vectors,
+    /// Bounds of their errors.
+    p_error: Floats,
+    /// Towards the viewers.
+    pub wo: Vectors,
+    /// The shading normals.
+    pub n: Vectors,
+    /// The geometric normals.
+    pub ng: Vectors,
+    front: [bool; LANES],
+    geom_id: [u32; LANES],
+    prim_id: [u32; LANES],
+    flat: [bool; LANES],
+    clearance: Floats,
+    clears: [bool; LANES],
+}
+
+impl Interactions {
+    /// The point in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> SurfaceInteraction {
+        SurfaceInteraction {
+            p: self.p.get(lane),
+            p_error: self.p_error[lane],
+            at: Incidence {
+                wo: self.wo.get(lane),
+                n: self.n.get(lane),
+                ng: self.ng.get(lane),
+                front: self.front[lane],
+            },
+            geom_id: self.geom_id[lane],
+            prim_id: self.prim_id[lane],
+            flat: self.flat[lane],
+            clearance: self.clearance[lane],
+            clears: self.clears[lane],
+        }
+    }
+
+    /// The origins of [`spawn`](SurfaceInteraction::spawn) along `wi`.
+    #[inline(always)]
+    pub fn starts(&self, wi: &Vectors, self_hit: SelfHit) -> Vectors {
+        let mut lifts = Floats::default();
+        for lane in 0..LANES {
+            lifts[lane] = self.get(lane).lift(self_hit);
+        }
+        self.lifted(wi, &lifts)
+    }
+
+    /// The origins of [`spawn_shadow`](SurfaceInteraction::spawn_shadow) along `wi`.
+    #[inline(always)]
+    pub fn shadow_starts(&self, wi: &Vectors, self_hit: SelfHit) -> Vectors {
+        let mut lifts = Floats::default();
+        for lane in 0..LANES {
+            lifts[lane] = self.get(lane).shadow_lift(self_hit);
+        }
+        self.lifted(wi, &lifts)
+    }
+
+    #[inline(always)]
+    fn lifted(&self, wi: &Vectors, lifts: &Floats) -> Vectors {
+        let mut origins = Vectors::default();
+        for lane in 0..LANES {
+            origins.set(lane, self.get(lane).start(wi.get(lane), lifts[lane]));
+        }
+        origins
+    }
+
+    /// The ray of [`spawn`](SurfaceInteraction::spawn) in a lane, without an end, from what [`starts`](Self::starts) gave.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize, origin: Vec3, wi: Vec3, self_hit: SelfHit) -> Ray {
+        let skip = self.get(lane).rule(wi, self_hit);
+        Ray { origin, t_min: 0.0, dir: wi, t_max: f32::INFINITY, skip }
+    }
+
+    /// The ray of [`spawn_shadow`](SurfaceInteraction::spawn_shadow) in a lane, from what
+    /// [`shadow_starts`](Self::shadow_starts) gave.
+    #[inline(always)]
+    pub fn shadow_ray(&self, lane: usize, origin: Vec3, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
+        self.get(lane).shadow_ray(origin, wi, t_max, self_hit)
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, point: &SurfaceInteraction) {
+        self.p.set(lane, point.p);
+        self.p_error[lane] = point.p_error;
+        self.wo.set(lane, point.at.wo);
+        self.n.set(lane, point.at.n);
+        self.ng.set(lane, point.at.ng);
+        self.front[lane] = point.at.front;
+        (self.geom_id[lane], self.prim_id[lane]) = (point.geom_id, point.prim_id);
+        (self.flat[lane], self.clearance[lane], self.clears[lane]) =
+            (point.flat, point.clearance, point.clears);
     }
 }
 
@@ -107,17 +206,6 @@ struct Triangles {
     wo: Vectors,
 }
 
-/// What [`Triangles::points`] finds.
-struct Points {
-    p: Vectors,
-    error: Floats,
-    ng: Vectors,
-    n: Vectors,
-    front: [bool; LANES],
-    clearance: Floats,
-    clears: [bool; LANES],
-}
-
 impl Triangles {
     #[inline(always)]
     fn set(&mut self, lane: usize, mesh: &TriangleMesh, ray: &Ray, hit: &Hit) {
@@ -134,14 +222,19 @@ impl Triangles {
         self.wo.set(lane, -ray.dir);
     }
 
+    /// The points, but for the numbers of their primitives.
     #[inline(always)]
-    fn points(&self) -> Points {
-        let mut points = Points {
+    fn interactions(&self) -> Interactions {
+        let mut points = Interactions {
             p: Vectors::default(),
-            error: Floats::default(),
-            ng: Vectors::default(),
+            p_error: Floats::default(),
+            wo: self.wo,
             n: Vectors::default(),
+            ng: Vectors::default(),
             front: [false; LANES],
+            geom_id: [0; LANES],
+            prim_id: [0; LANES],
+            flat: [true; LANES],
             clearance: Floats::default(),
             clears: [false; LANES],
         };
@@ -152,7 +245,7 @@ impl Triangles {
             points.p.set(i, weights[0] * a + weights[1] * b + weights[2] * c);
             let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
             let Plane { ng, clearance, thin } = plane(a, b, c);
-            points.error[i] = (gamma(7.0) * ng.abs().dot(sum)).max(LEAST_OFFSET);
+            points.p_error[i] = (gamma(7.0) * ng.abs().dot(sum)).max(LEAST_OFFSET);
             points.clearance[i] = clearance;
             points.clears[i] = !thin;
             let wo = self.wo.get(i);
@@ -174,27 +267,6 @@ impl Triangles {
             points.n.set(i, bent_normal(points.n.get(i), points.ng.get(i), self.wo.get(i)));
         }
         points
-    }
-}
-
-impl Points {
-    #[inline(always)]
-    fn get(&self, lane: usize, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        SurfaceInteraction {
-            p: self.p.get(lane),
-            p_error: self.error[lane],
-            at: Incidence {
-                wo: -ray.dir,
-                n: self.n.get(lane),
-                ng: self.ng.get(lane),
-                front: self.front[lane],
-            },
-            geom_id: hit.geom_id,
-            prim_id: hit.prim_id,
-            flat: true,
-            clearance: self.clearance[lane],
-            clears: self.clears[lane],
-        }
     }
 }
 
@@ -255,35 +327,14 @@ fn bent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
 }
 
 impl SurfaceInteraction {
-    /// No point: what a place holds that is to be filled.
-    const NOWHERE: Self = Self {
-        p: Vec3::ZERO,
-        p_error: 0.0,
-        at: Incidence { wo: Vec3::Z, n: Vec3::Z, ng: Vec3::Z, front: true },
-        geom_id: 0,
-        prim_id: 0,
-        flat: false,
-        clearance: 0.0,
-        clears: false,
-    };
-
     /// A ray from this point along the unit vector `wi`, which does not hit the surface that it leaves.
     ///
     /// The origin moves along the geometric normal, to `wi`'s side, past the error of the point (pbrt-v4, 6.8.6), and where that
     /// is all that keeps it from the surface, past the error of the test in f32 too.
     #[inline]
     pub fn spawn(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
-        let (leaves_above, side) = self.side(wi);
-        let skip = match self_hit {
-            SelfHit::Geometry => Skip::Geometry(self.geom_id),
-            // A ray that goes into a sphere must meet its far side.
-            SelfHit::Primitive if self.flat || leaves_above == self.at.front => {
-                Skip::Primitive { geom: self.geom_id, prim: self.prim_id }
-            }
-            SelfHit::Primitive | SelfHit::Offset => Skip::None,
-        };
-        let alone = if self_hit == SelfHit::Offset { self.clearance_alone() } else { 0.0 };
-        Ray { origin: self.p + side * (self.p_error + alone), t_min: 0.0, dir: wi, t_max, skip }
+        let origin = self.start(wi, self.lift(self_hit));
+        Ray { origin, t_min: 0.0, dir: wi, t_max, skip: self.rule(wi, self_hit) }
     }
 
     /// A ray for which it only counts whether anything lies on it.
@@ -292,31 +343,65 @@ impl SurfaceInteraction {
     /// [`SelfHit::Primitive`], it has that instead: accelerators answer rays without a rule faster.
     #[inline]
     pub fn spawn_shadow(&self, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
-        let ray = self.spawn(wi, t_max, self_hit);
-        // What starts nearer to a light must end as much earlier.
-        let nearer = |by: f32| (t_max - by).max(0.0);
+        let origin = self.start(wi, self.shadow_lift(self_hit));
+        self.shadow_ray(origin, wi, t_max, self_hit)
+    }
+
+    /// The ray of [`spawn_shadow`](Self::spawn_shadow) from its `origin`.
+    #[inline(always)]
+    fn shadow_ray(&self, origin: Vec3, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
+        let ray = Ray { origin, t_min: 0.0, dir: wi, t_max, skip: Skip::None };
         match self_hit {
-            SelfHit::Offset => Ray { t_max: nearer(self.clearance_alone()), ..ray },
-            SelfHit::Primitive if self.clears => {
-                let origin = self.p + self.side(wi).1 * (self.p_error + self.clearance);
-                Ray { origin, t_max: nearer(self.clearance), skip: Skip::None, ..ray }
-            }
-            SelfHit::Primitive | SelfHit::Geometry => ray,
+            SelfHit::Geometry => Ray { skip: self.rule(wi, self_hit), ..ray },
+            SelfHit::Primitive if !self.clears => Ray { skip: self.rule(wi, self_hit), ..ray },
+            // What starts nearer to a light must end as much earlier.
+            _ => Ray { t_max: (t_max - self.shadow_lift(self_hit)).max(0.0), ..ray },
         }
     }
 
-    /// What is added to the error of the point where no rule keeps rays from the surface.
-    #[inline]
-    fn clearance_alone(&self) -> f32 {
-        // The lesser of the two also where a triangle without area has no number.
-        self.clearance.min(MOST_CLEARANCE)
+    /// Where a ray along `wi` starts: on its side of the surface, by `lift` above the error of the point.
+    #[inline(always)]
+    fn start(&self, wi: Vec3, lift: f32) -> Vec3 {
+        let side = if self.is_above(wi) { self.at.ng } else { -self.at.ng };
+        self.p + side * (self.p_error + lift)
     }
 
-    /// Whether `wi` leaves on the viewer's side, and the geometric normal on `wi`'s side.
-    #[inline]
-    fn side(&self, wi: Vec3) -> (bool, Vec3) {
-        let above = wi.dot(self.at.ng) >= 0.0;
-        (above, if above { self.at.ng } else { -self.at.ng })
+    /// What is added to the error of the point: something where no rule keeps rays from the surface.
+    #[inline(always)]
+    fn lift(&self, self_hit: SelfHit) -> f32 {
+        match self_hit {
+            // The lesser of the two also where a triangle without area has no number.
+            SelfHit::Offset => self.clearance.min(MOST_CLEARANCE),
+            SelfHit::Primitive | SelfHit::Geometry => 0.0,
+        }
+    }
+
+    /// The same for shadow rays, where they have no rule.
+    #[inline(always)]
+    fn shadow_lift(&self, self_hit: SelfHit) -> f32 {
+        match self_hit {
+            SelfHit::Primitive if self.clears => self.clearance,
+            _ => self.lift(self_hit),
+        }
+    }
+
+    /// What a ray along `wi` must not hit.
+    #[inline(always)]
+    fn rule(&self, wi: Vec3, self_hit: SelfHit) -> Skip {
+        match self_hit {
+            SelfHit::Geometry => Skip::Geometry(self.geom_id),
+            // A ray that goes into a sphere must meet its far side.
+            SelfHit::Primitive if self.flat || self.is_above(wi) == self.at.front => {
+                Skip::Primitive { geom: self.geom_id, prim: self.prim_id }
+            }
+            SelfHit::Primitive | SelfHit::Offset => Skip::None,
+        }
+    }
+
+    /// Whether `wi` leaves on the viewer's side.
+    #[inline(always)]
+    fn is_above(&self, wi: Vec3) -> bool {
+        wi.dot(self.at.ng) >= 0.0
     }
 }
 

@@ -17,7 +17,7 @@ pub mod world;
 
 pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
-pub use interaction::SurfaceInteraction;
+pub use interaction::{Interactions, SurfaceInteraction};
 pub use light::{
     EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver, Receivers,
 };

@@ -9,13 +9,13 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Receivers {
     /// The points.
-    pub(super) p: Vectors,
+    pub p: Vectors,
     /// Their shading normals.
-    pub(super) n: Vectors,
+    pub n: Vectors,
     /// See [`Receiver::lobes_look`].
-    pub(super) lobes_look: [bool; LANES],
+    pub lobes_look: [bool; LANES],
     /// In which lanes there is one.
-    pub(super) there: [bool; LANES],
+    pub there: [bool; LANES],
 }
 
 impl Receivers {
@@ -51,12 +51,18 @@ impl Receivers {
 /// A light's sample for each of eight receivers, where there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EightSamples {
-    pub(super) wi: Vectors,
-    pub(super) t_max: Floats,
-    pub(super) le_over_pdf: [Floats; 3],
-    pub(super) pdf: Floats,
-    pub(super) shadow: [bool; LANES],
-    pub(super) there: [bool; LANES],
+    /// See [`LightSample`].
+    pub wi: Vectors,
+    /// See [`LightSample`].
+    pub t_max: Floats,
+    /// See [`LightSample`]; by channel.
+    pub le_over_pdf: [Floats; 3],
+    /// See [`LightSample`].
+    pub pdf: Floats,
+    /// See [`LightSample`].
+    pub shadow: [bool; LANES],
+    /// In which lanes there is a sample.
+    pub there: [bool; LANES],
 }
 
 impl EightSamples {

@@ -1,0 +1,114 @@
+//! Surfaces that are shaded side by side against the same ones by themselves.
+
+use crate::accel::bvh::Bvh;
+use crate::film::{Film, PixelRect};
+use crate::guiding::CausticMap;
+use crate::integrator::{Integrator, Scratch, Tally, Work, z_order};
+use crate::scene::Scene;
+use crate::scene::load::{Format, load_str};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// A room with a lamp and an open side: walls and a ball that are diffuse, a glowing one, and a mirror that throws the lamp's
+/// light on walls.
+const ROOM: &str = r#"
+    [camera]
+    eye = [0, 0, 0.9]
+    look_at = [0, 0, -1]
+    resolution = [32, 32]
+    fov_deg = 90
+    [environment]
+    type = "constant"
+    radiance = [0.2, 0.3, 0.4]
+    [materials.grey]
+    type = "diffuse"
+    cd = [0.9, 0.8, 0.7]
+    [materials.red]
+    type = "diffuse"
+    cd = [0.7, 0.1, 0]
+    [materials.glowing]
+    type = "emissive"
+    radiance = [0.1, 0.1, 0.3]
+    [materials.silver]
+    type = "conductor"
+    alpha = 0.02
+    [[shapes]]
+    type = "rect"
+    corner = [-1, -1, 1]
+    u = [2, 0, 0]
+    v = [0, 0, -2]
+    material = "grey"
+    [[shapes]]
+    type = "rect"
+    corner = [-1, -1, -1]
+    u = [2, 0, 0]
+    v = [0, 2, 0]
+    material = "red"
+    [[shapes]]
+    type = "rect"
+    corner = [-1, -1, -1]
+    u = [0, 2, 0]
+    v = [0, 0, 2]
+    material = "silver"
+    [[shapes]]
+    type = "rect"
+    corner = [0.5, -0.5, -0.9]
+    u = [0.3, 0, 0]
+    v = [0, 0.3, 0]
+    material = "glowing"
+    [[shapes]]
+    type = "sphere"
+    center = [0.4, -0.6, -0.4]
+    radius = 0.3
+    material = "grey"
+    [[lights]]
+    type = "sphere"
+    center = [0.2, 0.7, -0.2]
+    radius = 0.1
+    radiance = [20, 20, 20]
+    [[lights]]
+    type = "point"
+    position = [-0.3, 0.5, 0.5]
+    intensity = [0.3, 0.2, 0.1]
+"#;
+
+fn room(settings: &str) -> Scene {
+    let text = format!("[settings]\nspp = 4\n{settings}\n{ROOM}");
+    load_str(&text, Format::Toml, Path::new(""), &[]).expect("the room loads")
+}
+
+/// The picture of a scene; whether surfaces are shaded side by side, where they are alike, and whether rays are guided.
+fn film(scene: &Scene, alike: bool, guided: bool) -> (Film, Tally) {
+    let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
+    let caustics = CausticMap::of(scene, &accel);
+    assert!(!caustics.is_empty(), "the mirror makes a caustic");
+    let integrator = Integrator::new(scene, &accel);
+    let mut integrator = if guided { integrator.guided_by(&caustics) } else { integrator };
+    assert!(integrator.alike, "side by side where nothing is said");
+    integrator.alike = alike;
+    let rect = PixelRect { x0: 0, y0: 0, x1: 32, y1: 32 };
+    let (mut film, mut tally) = (Film::new([32, 32], rect), Tally::default());
+    let work = Work { pixels: &z_order(rect), samples: 0..4, split: 1 };
+    integrator.render(&mut film, &work, &mut Scratch::default(), &mut tally, &AtomicBool::new(false));
+    (film, tally)
+}
+
+#[test]
+fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
+    for settings in [
+        "max_depth = 3\nat_max_depth = \"black\"",
+        "max_depth = 3\nat_max_depth = \"background\"\nself_hit = \"offset\"\nclamp_indirect = 0.2",
+        "max_depth = 2\nat_max_depth = \"roulette\"\nself_hit = \"geometry\"",
+        "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
+    ] {
+        let scene = room(settings);
+        for guided in [false, true] {
+            let [(together, counted), (alone, counted_alone)] =
+                [true, false].map(|alike| film(&scene, alike, guided));
+            assert!(together == alone, "{settings}, guided: {guided}");
+            let rays = |tally: &Tally| tally.all_rays().rays;
+            assert_eq!(rays(&counted), rays(&counted_alone));
+            assert_eq!(counted.lost_throughput(), counted_alone.lost_throughput());
+        }
+    }
+}
