@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 const PILOT_SPLIT: u32 = 4;
 
 /// Parts of a pilot's samples whose means are compared: each is well spread by itself, as samples of one pixel are.
-pub(super) const PARTS: u32 = 4;
+pub(super) const PARTS: u32 = 8;
 
 /// Samples of each part, at most: with those of all parts a pixel is where it must be when noise is looked for.
 const MOST_OF_PART: u32 = EVEN_SAMPLES / PARTS;
