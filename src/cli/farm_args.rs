@@ -10,7 +10,7 @@ use crate::farm::{self, Checkpoint, Header, Identity, Keeper, Part, Shard, Shard
 use crate::film::PixelRect;
 use crate::image_io::{Format, atomic};
 use crate::render::{Outcome, Progress, State, StopReason, Tally, can_grow};
-use crate::scene::{GlossySamples, Scene};
+use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -179,7 +179,7 @@ impl Subject<'_> {
     fn identity(&self) -> Identity {
         let Self { name, scene, accel, crop, noise } = *self;
         let [width, height] = scene.camera.resolution;
-        let fixed = noise.is_some() || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let fixed = noise.is_some();
         Identity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: name.display().to_string(),

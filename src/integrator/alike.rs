@@ -10,7 +10,7 @@ use super::path::Path;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
-use crate::bxdf::Diffuse;
+use crate::bxdf::{Diffuse, LobeKind};
 use crate::core::Rgb;
 use crate::core::lanes::{Colours, Floats, LANES};
 use crate::scene::{DirectLight, EightSamples, Receivers, Scene};
@@ -63,12 +63,13 @@ impl Integrator<'_> {
         scene.settings.direct_light == DirectLight::Mis && scene.settings.diffuse_bounces
     }
 
-    /// Whether hits on surfaces of a kind are shaded side by side: not where denoisers are told of them, nor where rays may
-    /// have to wait.
+    /// Whether hits of paths on surfaces of a kind are shaded side by side: not where denoisers are told of them, nor where
+    /// they split or rays may have to wait.
     #[inline(always)]
-    pub(super) fn are_alike(&self, kind: usize, out: &Outgoing) -> bool {
+    pub(super) fn are_alike(&self, kind: usize, from: &[&Path; LANES], out: &Outgoing) -> bool {
         kind == Order::DIFFUSE
             && self.alike
+            && from.iter().all(|path| self.rays_of(path, LobeKind::Diffuse) == 1)
             && out.trails.is_empty()
             && out.next.len() + LANES <= self.capacity
     }

@@ -179,14 +179,9 @@ impl Integrator<'_> {
         for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
             if self.continues(path, bxdf) {
                 lobes += 1;
-                leaving.trace(lobe, 1, 1.0);
-                if bxdf.kind() == LobeKind::Glossy {
-                    split = match path.glossy_depth {
-                        0 => path.split,
-                        deeper => self.scene.settings.glossy_samples.at(deeper),
-                    };
-                    leaving.trace(lobe, split, split as f32);
-                }
+                let rays = self.rays_of(path, bxdf.kind());
+                split = split.max(rays);
+                leaving.trace(lobe, rays, rays as f32);
             } else if bxdf.kind() == LobeKind::Diffuse
                 && self.scene.settings.direct_light == DirectLight::Lobe
             {
@@ -203,6 +198,23 @@ impl Integrator<'_> {
                 .iter()
                 .zip(leaving.rate)
                 .all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
+    }
+
+    /// Rays of a lobe of this kind that leave a hit of `path`.
+    #[inline(always)]
+    pub(super) fn rays_of(&self, path: &Path, kind: LobeKind) -> u32 {
+        match kind {
+            LobeKind::Delta => 1,
+            LobeKind::Diffuse => {
+                if self.splits_any {
+                    path.split
+                } else {
+                    1
+                }
+            }
+            LobeKind::Glossy if self.splits_any || path.glossy_depth == 0 => path.split,
+            LobeKind::Glossy => self.scene.settings.glossy_samples.at(path.glossy_depth),
+        }
     }
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
@@ -324,7 +336,7 @@ impl Integrator<'_> {
             index,
             depth: path.depth + 1,
             glossy_depth: path.glossy_depth + u32::from(glossy),
-            split: path.split,
+            split: if self.splits_any && bxdf.kind() != LobeKind::Delta { 1 } else { path.split },
             rate: if glossy && !settings.highlights { f32::INFINITY } else { sample.pdf * rate },
             receiver_n: point.at.n,
             lobes_look: leaving.lobes_look,

@@ -16,7 +16,7 @@ use super::tally::{RayClass, Tally};
 use super::vertex::Outgoing;
 use super::wave::Integrator;
 use crate::accel::Coherence;
-use crate::bxdf::{Bsdf, Bxdf};
+use crate::bxdf::{Bsdf, Bxdf, LobeKind};
 use crate::core::{Frame, Ray, Sampler, warp};
 use crate::scene::{Environment, Occlusion, SurfaceInteraction};
 use glam::Vec3;
@@ -62,10 +62,7 @@ impl Integrator<'_> {
     fn reflect_lobe(&self, place: &Place, lobe: &Lobe, out: &mut Outgoing) {
         let (path, point) = (place.path, place.point);
         let settings = &self.scene.settings;
-        let count = match path.glossy_depth {
-            0 => path.split,
-            deeper => settings.glossy_samples.at(deeper),
-        };
+        let count = self.rays_of(path, LobeKind::Glossy);
         let visible = match settings.occlusion {
             Occlusion::Cone => self.cone_visibility(place, lobe.exponent, out.tally),
             Occlusion::Sh => self.harmonic_visibility(place, lobe.exponent, out.tally),

@@ -22,7 +22,7 @@ pub(super) struct Path {
     pub depth: u32,
     /// Glossy reflections so far.
     pub glossy_depth: u32,
-    /// Rays that leave its first glossy hit.
+    /// Rays that leave its first glossy hit, or the first hit of any kind that is no mirror.
     pub split: u32,
     /// Rays times density with which the last lobe goes this way, in 1/sr; infinite where no light sample competes:
     /// from the camera, from mirrors, and from glossy surfaces that sample no lights.

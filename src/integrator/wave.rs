@@ -14,7 +14,7 @@ use crate::core::lanes::{Colours, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
-use crate::scene::{AtMaxDepth, EightSamples, Material, Plan, Scene, Settings};
+use crate::scene::{AtMaxDepth, EightSamples, GlossySamples, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,6 +42,10 @@ pub struct Integrator<'a> {
     /// Where diffuse surfaces look for caustics, if there are any.
     pub(super) caustics: Option<&'a CausticMap>,
     pub(super) capacity: usize,
+    /// Which of all sequences the samplers draw.
+    seed: u32,
+    /// Whether the first hit on anything but a mirror splits, and not the first glossy one.
+    pub(super) splits_any: bool,
     /// Reflections from which on paths end by chance.
     pub(super) roulette_from: u32,
     pub(super) log: Option<&'a dyn RayLog>,
@@ -54,7 +58,8 @@ pub struct Work<'a> {
     pub pixels: &'a [(u32, u32)],
     /// Which samples of each.
     pub samples: Range<u32>,
-    /// Rays that leave a path's first glossy hit.
+    /// Rays that leave a path's first glossy hit, or its first hit on anything but a mirror where
+    /// [`GlossySamples::Auto`](crate::scene::GlossySamples::Auto) is asked for.
     pub split: u32,
 }
 
@@ -130,6 +135,8 @@ impl<'a> Integrator<'a> {
             bsdfs,
             caustics: None,
             capacity: CAPACITY,
+            seed: scene.settings.seed,
+            splits_any: matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
             roulette_from: (*roulette_from).min(end),
             log: None,
         }
@@ -138,6 +145,12 @@ impl<'a> Integrator<'a> {
     /// Sends rays of diffuse surfaces where `caustics` come from.
     pub fn guided_by(mut self, caustics: &'a CausticMap) -> Self {
         self.caustics = Some(caustics).filter(|caustics| !caustics.is_empty());
+        self
+    }
+
+    /// Draws other numbers than those of the settings' seed.
+    pub fn with_seed(mut self, seed: u32) -> Self {
+        self.seed = seed;
         self
     }
 
@@ -194,7 +207,7 @@ impl<'a> Integrator<'a> {
     /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
     #[inline(always)]
     fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
-        let Settings { sampler, seed, spp, .. } = self.scene.settings;
+        let Settings { sampler, spp, .. } = self.scene.settings;
         let camera = &self.scene.camera;
         let Scratch { roots, wave, .. } = scratch;
         roots.clear();
@@ -202,7 +215,7 @@ impl<'a> Integrator<'a> {
         for block in work.pixels.chunks(LANES) {
             // Lanes without a pixel of their own repeat others.
             let corners: [(u32, u32); LANES] = std::array::from_fn(|i| block[i % block.len()]);
-            let samplers = corners.map(|(x, y)| Sampler::new(sampler, seed, x, y).for_samples(spp));
+            let samplers = corners.map(|(x, y)| Sampler::new(sampler, self.seed, x, y).for_samples(spp));
             let mut pixels = [0; LANES];
             for (lane, &(x, y)) in block.iter().enumerate() {
                 let index = (y - rect.y0) * rect.width() + (x - rect.x0);
@@ -314,7 +327,7 @@ impl<'a> Integrator<'a> {
         }
         let points = self.scene.interactions(seen);
         let eight = self.draw_eight(&points, from, samplers);
-        if self.are_alike(kind, out) {
+        if self.are_alike(kind, &from, out) {
             let mut reflectance = Colours::default();
             for (lane, (_, hit)) in seen.into_iter().enumerate() {
                 reflectance.set(lane, self.reflectances[hit.geom_id as usize]);

@@ -20,13 +20,12 @@
 
 use super::cost::cost;
 use super::decisions::Block;
-use super::split::Splits;
 use super::tile::{Lack, Tile};
 use super::{Picture, RenderOptions, StopReason};
 use crate::film::{Film, PixelRect};
 use crate::integrator::{Scratch, Tally};
-use crate::scene::Settings;
-use crate::scene::settings::EVEN_SAMPLES;
+use crate::scene::settings::{EVEN_SAMPLES, LEAST_WITH_PILOT};
+use crate::scene::{GlossySamples, Settings};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -87,7 +86,10 @@ pub(super) fn shares_out(settings: &Settings, options: &RenderOptions<'_>, count
 /// when the second half has only begun, since the first is no longer told from it.
 pub fn can_grow(settings: &Settings) -> bool {
     let is_between = settings.spp > HALF && settings.spp < 2 * HALF;
-    settings.sampler.is_sequence() && !(settings.adaptive && is_between)
+    let is_auto = matches!(settings.glossy_samples, GlossySamples::Auto(_));
+    settings.sampler.is_sequence()
+        && !(settings.adaptive && is_between)
+        && !(is_auto && settings.spp < LEAST_WITH_PILOT)
 }
 
 /// Measures what two films of as many samples of the same pixels differ by.
@@ -212,11 +214,11 @@ fn total(shares: &Shares, rect: PixelRect, count: u32) -> u64 {
 impl Picture<'_> {
     /// Finds out where the picture is noisy, by the first samples: the samples per pixel from which on they are shared out,
     /// or `None` where all of `count` are even.
-    pub(super) fn find_noise(&mut self, count: u32, splits: &Splits) -> Result<Option<u32>, StopReason> {
+    pub(super) fn find_noise(&mut self, count: u32) -> Result<Option<u32>, StopReason> {
         if !shares_out(&self.scene.settings, self.options, count) {
             return Ok(None);
         }
-        self.each_tile(|_, tile, scratch| self.measure_noise(tile, splits, scratch));
+        self.each_tile(|_, tile, scratch| self.measure_noise(tile, scratch));
         if let Some(reason) = self.must_stop() {
             return Err(reason);
         }
@@ -232,19 +234,16 @@ impl Picture<'_> {
 
     /// Brings every pixel of a tile to two halves of samples, and measures what these differ by.
     ///
-    /// Not those of a pilot, which has brought them as far. A tile that is interrupted is left as it was: what is measured
-    /// must be all of it.
-    fn measure_noise(&self, tile: &Tile, splits: &Splits, scratch: &mut Scratch) {
+    /// A tile that is interrupted is left as it was: what is measured must be all of it.
+    fn measure_noise(&self, tile: &Tile, scratch: &mut Scratch) {
         let started = Instant::now();
-        let measured: Vec<_> = tile.active.iter().copied().filter(|pixel| !splits.is_pilot(pixel)).collect();
-        let Some(any) = measured.first() else { return };
+        let Some(any) = tile.active.first() else { return };
         let (mut half, lacking) = {
             let state = self.lock();
             if state.decisions.found.contains_key(&block_of(any)) {
                 return;
             }
-            let target = |pixel: &_| if splits.is_pilot(pixel) { 0 } else { HALF };
-            (part(&state.film, tile.rect), tile.pixels_by_lack(&state.film, target, splits))
+            (part(&state.film, tile.rect), tile.pixels_by_lack(&state.film, |_| HALF))
         };
         if self.must_stop().is_some() {
             return;
@@ -255,11 +254,11 @@ impl Picture<'_> {
             tally.merge(&self.take_samples(&mut first, &pixels, lack, scratch));
         }
         // The cost is that of the second half: of the first, an earlier render may have taken a part.
-        let lack = Lack { count: HALF, target: EVEN_SAMPLES, split: splits.others };
-        let counted = self.take_samples(&mut second, &measured, lack, scratch);
+        let lack = Lack { count: HALF, target: EVEN_SAMPLES };
+        let counted = self.take_samples(&mut second, &tile.active, lack, scratch);
         if !self.stop.load(Ordering::Relaxed) {
             half.merge(&first);
-            let found = measure([&half, &second], &measured, &counted);
+            let found = measure([&half, &second], &tile.active, &counted);
             tally.merge(&counted);
             self.take(&[first, second], &tally, started, |decisions| decisions.found.extend(found));
         }

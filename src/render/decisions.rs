@@ -1,7 +1,6 @@
 //! What a render has decided from its own samples, so that after a break it goes on as if there had been none.
 
 use super::adaptive::Found;
-use super::split::Trials;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,16 +8,14 @@ use std::collections::{BTreeMap, BTreeSet};
 /// that are judged clean.
 pub(super) type Block = (u32, u32);
 
-/// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, where there
-/// is noise, and how splitting turned out in the pilot's pixels.
+/// Which round a render is in, and what it has learnt in the rounds before: which blocks of pixels are clean, and
+/// where there is noise.
 ///
 /// Together with the film, it is all that the samples still to come depend on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Decisions {
     /// Samples per pixel at the end of the round in work; 0 before the first.
     pub(super) target: u32,
-    /// What the pilot's pixels of each tile were like, where they are done.
-    pub(super) pilot: Vec<Option<Trials>>,
     /// What the first samples have found, block by block, where samples are shared out.
     #[serde(with = "pairs", default)]
     pub(super) found: BTreeMap<Block, Found>,
@@ -26,15 +23,6 @@ pub struct Decisions {
     pub(super) clean: BTreeSet<Block>,
     /// Blocks that were below the threshold at the end of the last round.
     pub(super) below_once: BTreeSet<Block>,
-}
-
-impl Decisions {
-    /// Makes room for a pilot in so many tiles, where there is none yet.
-    pub(super) fn prepare_pilot(&mut self, tiles: usize) {
-        if self.pilot.len() != tiles {
-            self.pilot = vec![None; tiles];
-        }
-    }
 }
 
 /// A map as a list of pairs: JSON has texts only as keys.

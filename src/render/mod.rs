@@ -1,7 +1,7 @@
 //! A whole picture: tiles on threads, rounds of samples, progress, and stopping.
 //!
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
-//! `split` into how many rays a glossy hit is worth splitting.
+//! `split` into how many rays a first hit is worth splitting.
 
 mod adaptive;
 mod aov;
@@ -15,9 +15,8 @@ use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
 use crate::integrator::{Integrator, Scratch, Work};
-use crate::scene::{GlossySamples, Scene};
+use crate::scene::{Plan, Scene};
 use rayon::prelude::*;
-use split::{Parts, Role, Splits, Trials};
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -154,12 +153,16 @@ pub fn render(
         .num_threads(options.threads)
         .build()
         .expect("the operating system gives threads");
-    let guiding = Instant::now();
+    let preparing = Instant::now();
     let caustics = pool.install(|| CausticMap::of(scene, accel));
-    let guiding = guiding.elapsed().as_nanos() as u64 * pool.current_num_threads() as u64;
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     picture.integrator = picture.integrator.guided_by(&caustics);
-    picture.thread_nanoseconds = AtomicU64::new(guiding);
+    if Plan::of(scene).splits_by_pilot {
+        let pilot = Integrator::new(scene, accel).guided_by(&caustics).with_seed(!scene.settings.seed);
+        picture.split = pool.install(|| split::best(scene, &pilot, stop));
+    }
+    let preparing = preparing.elapsed().as_nanos() as u64 * pool.current_num_threads() as u64;
+    picture.thread_nanoseconds = AtomicU64::new(preparing);
     let stopped_by = pool.install(|| picture.render());
     let state = picture.state.into_inner().expect(NO_PANIC);
     Outcome {
@@ -178,7 +181,6 @@ struct Round {
     target: u32,
     /// How its samples are shared out, where they are not even.
     shares: Option<adaptive::Shares>,
-    splits: Splits,
 }
 
 const NO_PANIC: &str = "a thread that panics ends the render";
@@ -192,6 +194,8 @@ struct Picture<'a> {
     stop: &'a AtomicBool,
     deadline: Option<Instant>,
     samples: Range<u32>,
+    /// Rays at first hits that split.
+    split: u32,
     tiles: Vec<Tile>,
     state: Mutex<State>,
     /// Those that no thread is using.
@@ -218,8 +222,7 @@ impl<'a> Picture<'a> {
         let state = options.resume.clone().unwrap_or_else(begin);
         assert_eq!(state.film.rect, rect, "a render goes on with the film that it began with");
         let samples = options.samples.clone().unwrap_or(0..scene.settings.spp);
-        let by_tile = adaptive::shares_out(&scene.settings, options, samples.end - samples.start)
-            || matches!(scene.settings.glossy_samples, GlossySamples::Auto(_));
+        let by_tile = adaptive::shares_out(&scene.settings, options, samples.end - samples.start);
         let tile_size = if by_tile || options.tile_size == 0 { DEFAULT_TILE_SIZE } else { options.tile_size };
         let total = rect.area() as u64 * u64::from(samples.end - samples.start);
         Self {
@@ -230,6 +233,7 @@ impl<'a> Picture<'a> {
             stop,
             deadline: options.time.map(|time| started + time),
             samples,
+            split: scene.settings.glossy_samples.at(0),
             total,
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),
@@ -241,14 +245,7 @@ impl<'a> Picture<'a> {
     /// Takes rounds of samples until a rule says that it is enough.
     fn render(&mut self) -> StopReason {
         let count = self.samples.end - self.samples.start;
-        let mut splits = Splits::constant(self.scene.settings.glossy_samples.at(0));
-        if matches!(self.scene.settings.glossy_samples, GlossySamples::Auto(_)) {
-            match self.pilot(count) {
-                Ok(chosen) => splits = chosen,
-                Err(reason) => return reason,
-            }
-        }
-        let even = match self.find_noise(count, &splits) {
+        let even = match self.find_noise(count) {
             Ok(even) => even,
             Err(reason) => return reason,
         };
@@ -263,7 +260,7 @@ impl<'a> Picture<'a> {
                 return StopReason::Noise;
             }
             let shares = even.map(|even| self.shares(even, target));
-            self.round(&Round { target, shares, splits });
+            self.round(&Round { target, shares });
             if let Some(reason) = self.must_stop() {
                 return reason;
             }
@@ -296,48 +293,6 @@ impl<'a> Picture<'a> {
         count.min(done + (done / 2).max(FIRST_ROUND))
     }
 
-    /// Tries splitting in some pixels, which tells what is best for the others.
-    fn pilot(&mut self, count: u32) -> Result<Splits, StopReason> {
-        let samples = split::samples_of_part(count);
-        if samples == 0 {
-            return Ok(Splits::constant(1));
-        }
-        let tiles = self.tiles.len();
-        self.state().decisions.prepare_pilot(tiles);
-        self.each_tile(|number, tile, scratch| self.try_splitting(number, tile, samples, scratch));
-        if let Some(reason) = self.must_stop() {
-            return Err(reason);
-        }
-        Ok(Splits::chosen(self.state().decisions.pilot.iter().flatten().cloned()))
-    }
-
-    /// Takes the first samples of the pilot's pixels of a tile, and measures them; a tile that is interrupted is left as it
-    /// was.
-    fn try_splitting(&self, number: usize, tile: &Tile, samples: u32, scratch: &mut Scratch) {
-        let started = Instant::now();
-        if self.must_stop().is_some() || self.lock().decisions.pilot[number].is_some() {
-            return;
-        }
-        let (mut film, mut tally) = (self.film(tile.rect), Tally::default());
-        let mut trials = Trials::default();
-        for role in [Role::One, Role::Many] {
-            let pixels: Vec<_> =
-                tile.active.iter().copied().filter(|pixel| Role::of(pixel) == role).collect();
-            let (mut parts, mut counted) = (Parts::new(pixels.len()), Tally::default());
-            for part in 0..split::PARTS {
-                let (count, target) = (part * samples, (part + 1) * samples);
-                let lack = Lack { count, target, split: role.split() };
-                counted.merge(&self.take_samples(&mut film, &pixels, lack, scratch));
-                parts.note(&film, &pixels, samples);
-            }
-            *trials.of(role) = parts.trial(&counted);
-            tally.merge(&counted);
-        }
-        if !self.stop.load(Ordering::Relaxed) {
-            self.take(&[film], &tally, started, |decisions| decisions.pilot[number] = Some(trials));
-        }
-    }
-
     /// Brings every pixel that is still in work to the round's number of samples.
     fn round(&self, round: &Round) {
         self.each_tile(|_, tile, scratch| self.tile(round, tile, scratch));
@@ -363,7 +318,7 @@ impl<'a> Picture<'a> {
             let share = round.shares.as_ref().and_then(|shares| adaptive::share(shares, pixel));
             share.unwrap_or(round.target)
         };
-        let groups = tile.pixels_by_lack(&self.lock().film, target, &round.splits);
+        let groups = tile.pixels_by_lack(&self.lock().film, target);
         if groups.is_empty() {
             return;
         }
@@ -379,12 +334,18 @@ impl<'a> Picture<'a> {
         &self,
         film: &mut Film,
         pixels: &[(u32, u32)],
-        Lack { count, target, split }: Lack,
+        Lack { count, target }: Lack,
         scratch: &mut Scratch,
     ) -> Tally {
         let samples = self.samples.start + count..self.samples.start + target;
         let mut tally = Tally::default();
-        self.integrator.render(film, &Work { pixels, samples, split }, scratch, &mut tally, self.stop);
+        self.integrator.render(
+            film,
+            &Work { pixels, samples, split: self.split },
+            scratch,
+            &mut tally,
+            self.stop,
+        );
         film.dropped.merge(tally.dropped);
         tally
     }

@@ -1,115 +1,66 @@
-//! Into how many rays the first glossy hit of a path is worth splitting.
+//! Into how many rays the first hit of a path is worth splitting.
 //!
 //! With V1 the variance that a pixel has without the lobe's own, V2 that of one lobe sample, and c1, c2 what a camera
 //! sample and a lobe sample cost, m rays have the variance `V1 + V2 / m` at the cost `c1 + m c2`: the product is
-//! least at `m = sqrt(V2 c1 / (V1 c2))`. Both sides are measured by a pilot: two pixels of each 128, side by side,
-//! one of which splits and one does not. Their ratio hardly hangs on how many samples there are (in six scenes, from
-//! 4 to 64 samples, that of 4 rays to one moved by 0.02 to 0.17), so that the first few tell it.
+//! least at `m = sqrt(V2 c1 / (V1 c2))`. Both sides are measured by a pilot before the picture: some pixels take a few samples
+//! that do not split, and as many that do. The ratio of the variances hardly hangs on how many samples there are (in six scenes,
+//! from 4 to 64 samples, that of 4 rays to one moved by 0.02 to 0.17), so that a few tell it.
 //!
-//! The pilot's samples stay in the picture, and its pixels keep their number of rays to the end: the rays of sample i
-//! take the numbers `i m` to `i m + m - 1` of the pixel's sequence, so that samples of two kinds would share numbers
-//! and leave others out, which costs more than all that a pilot can win. What it costs is that one pixel in 64
-//! splits, or another does not, where that is the wrong thing. All other pixels get one number of rays: what is the
-//! best of the fixed numbers for the picture as a whole.
+//! The pilot's samples have numbers of their own and are not the picture's: so its answer hangs on the scene and its settings
+//! alone, and every part of a picture finds the same. All pixels get one number of rays, since the rays of sample i take the
+//! numbers `i m` to `i m + m - 1` of the pixel's sequence: samples of two kinds would share numbers and leave others out,
+//! which costs more than there is to win.
 
 use super::cost::cost;
-use crate::film::{Film, Pixel};
-use crate::integrator::Tally;
-use crate::scene::settings::{EVEN_SAMPLES, MAX_AUTO_SPLIT};
-use serde::{Deserialize, Serialize};
+use super::tile::{Tile, tiles};
+use crate::film::{Film, Pixel, PixelRect};
+use crate::integrator::{Integrator, Scratch, Tally, Work};
+use crate::scene::Scene;
+use crate::scene::settings::MAX_AUTO_SPLIT;
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
 
-/// Rays per glossy hit of the pilot's pixels that split.
+/// Rays per hit of the pilot's samples that split.
 const PILOT_SPLIT: u32 = 4;
 
 /// Parts of a pilot's samples whose means are compared: each is well spread by itself, as samples of one pixel are.
-pub(super) const PARTS: u32 = 8;
+const PARTS: u32 = 8;
 
-/// Samples of each part, at most: with those of all parts a pixel is where it must be when noise is looked for.
-const MOST_OF_PART: u32 = EVEN_SAMPLES / PARTS;
+/// Samples of each part.
+const SAMPLES_OF_PART: u32 = 2;
 
-/// The least of the variance that is left with [`PILOT_SPLIT`] rays. A quarter would be left if all of it were the lobe's,
-/// which is not so in any scene; and what little is not the lobe's is known least, but decides about large numbers.
-const LEAST_LEFT: f64 = 0.3;
+/// Of so many pixels one is the pilot's, at least.
+const PIXELS_PER_TRIED: u32 = 128;
 
-/// The power of variances at which two kinds of pixels are compared: a rare bright path weighs less than in the variance.
+/// Pixels of a pilot, at most: they tell the ratio of variances to a few percent.
+const MOST_TRIED: u32 = 2048;
+
+/// Edge of the tiles in which a pilot works, so that each has a wave's worth of samples.
+const TILE_SIZE: u32 = 128;
+
+/// Neighbouring pixels of a pilot whose noise is added up before it is compared with that of others.
+const TOGETHER: usize = 8;
+
+/// The least of the variance that is left with [`PILOT_SPLIT`] rays. A quarter would be left if all of it were the lobe's;
+/// and what little is not the lobe's is known least, but decides about large numbers.
+const LEAST_LEFT: f64 = 0.27;
+
+/// The power of variances at which two kinds of samples are compared: a rare bright path weighs less than in the variance.
 const POWER: f64 = 0.7;
 
 /// Splitting must promise to be better than not to split by this factor: promises are not as good as they look.
 const WORTH_IT: f64 = 0.97;
 
-/// Samples of each part of a pilot, where there are `count` in all: none where they are too few to learn from.
-pub(super) fn samples_of_part(count: u32) -> u32 {
-    (count / PARTS).min(MOST_OF_PART)
-}
-
-/// What a pixel is to a pilot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
-    /// It splits into [`PILOT_SPLIT`].
-    Many,
-    /// It does not split.
-    One,
-    /// It does as the pilot finds to be best.
-    Other,
-}
-
-impl Role {
-    /// Rays at the first glossy hits of a pilot's pixels.
-    pub(super) fn split(self) -> u32 {
-        if self == Self::Many { PILOT_SPLIT } else { 1 }
-    }
-
-    /// Pairs of neighbours on a lattice, about 8 pixels from each other.
-    pub(super) fn of(&(x, y): &(u32, u32)) -> Self {
-        match ((x / 2).wrapping_add(y.wrapping_mul(9)) % 32, x % 2) {
-            (0, 0) => Self::Many,
-            (0, _) => Self::One,
-            _ => Self::Other,
-        }
-    }
-}
-
-/// Into how many rays each pixel's first glossy hits split.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Splits {
-    /// Those of no pilot.
-    pub others: u32,
-    /// Whether there is a pilot.
-    has_pilot: bool,
-}
-
-impl Splits {
-    /// The same everywhere.
-    pub(super) fn constant(split: u32) -> Self {
-        Self { others: split, has_pilot: false }
-    }
-
-    /// What a pilot has found best, outside of its own pixels.
-    pub(super) fn chosen(trials: impl Iterator<Item = Trials>) -> Self {
-        Self { others: best_split(trials), has_pilot: true }
-    }
-
-    /// Whether a pixel is the pilot's.
-    pub(super) fn is_pilot(&self, pixel: &(u32, u32)) -> bool {
-        self.has_pilot && Role::of(pixel) != Role::Other
-    }
-
-    /// Rays at a pixel's first glossy hits.
-    pub(super) fn of(&self, pixel: &(u32, u32)) -> u32 {
-        if self.is_pilot(pixel) { Role::of(pixel).split() } else { self.others }
-    }
-}
-
-/// What the pilot's pixels of a tile were like.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Trials {
+/// What a pilot's pixels were like, in order, with samples that do not split and with samples that do.
+#[derive(Default)]
+struct Trials {
     one: Trial,
     many: Trial,
 }
 
-/// Pixels of one kind.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Trial {
+/// Pixels with samples of one kind.
+#[derive(Default)]
+struct Trial {
     /// Of each pixel the mean luminance, and the variance of the means of its parts.
     pixels: Vec<[f32; 2]>,
     /// What the samples cost.
@@ -118,15 +69,59 @@ pub(super) struct Trial {
     samples: f64,
 }
 
-impl Trials {
-    /// The trial of a kind of pixels, to be filled in.
-    pub(super) fn of(&mut self, role: Role) -> &mut Trial {
-        if role == Role::Many { &mut self.many } else { &mut self.one }
+/// The number of rays at first hits that is best for a picture of the scene, as far as a pilot can tell; any if `stop` becomes
+/// true.
+///
+/// `integrator` is to draw other numbers than the picture.
+pub(super) fn best(scene: &Scene, integrator: &Integrator, stop: &AtomicBool) -> u32 {
+    let [width, height] = scene.camera.resolution;
+    let whole = PixelRect { x0: 0, y0: 0, x1: width, y1: height };
+    let trials: Vec<Trials> = tiles(whole, TILE_SIZE)
+        .par_iter()
+        .map(|tile| {
+            let pixels: Vec<_> =
+                tile.active.iter().copied().filter(|pixel| is_tried(pixel, whole.area())).collect();
+            let try_with = |split| try_splitting(scene, integrator, (tile, &pixels), split, stop);
+            Trials { one: try_with(1), many: try_with(PILOT_SPLIT) }
+        })
+        .collect();
+    let mut all = Trials::default();
+    for Trials { one, many } in trials {
+        all.one.add(one);
+        all.many.add(many);
     }
+    all.best_split()
+}
+
+/// Whether a pixel of a picture of `area` pixels is the pilot's: those of a lattice that is even in both directions.
+fn is_tried(&(x, y): &(u32, u32), area: usize) -> bool {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let one_of = (area as u64).div_ceil(u64::from(MOST_TRIED)).max(u64::from(PIXELS_PER_TRIED));
+    let step = (one_of as f64 * GOLDEN).round() as u64;
+    (u64::from(x) + u64::from(y) * step) % one_of == 0
+}
+
+/// Takes a pilot's samples of some pixels of a tile, and measures them.
+fn try_splitting(
+    scene: &Scene,
+    integrator: &Integrator,
+    (tile, pixels): (&Tile, &[(u32, u32)]),
+    split: u32,
+    stop: &AtomicBool,
+) -> Trial {
+    let mut film = Film::new(scene.camera.resolution, tile.rect);
+    let (mut parts, mut tally) = (Parts::new(pixels.len()), Tally::default());
+    let mut scratch = Scratch::default();
+    for part in 0..PARTS {
+        let samples = part * SAMPLES_OF_PART..(part + 1) * SAMPLES_OF_PART;
+        integrator.render(&mut film, &Work { pixels, samples, split }, &mut scratch, &mut tally, stop);
+        parts.note(&film, pixels, SAMPLES_OF_PART);
+    }
+    parts.trial(&tally)
 }
 
 /// The luminance of a trial's pixels, part by part.
-pub(super) struct Parts {
+struct Parts {
     /// Sums of all parts so far.
     before: Vec<f64>,
     /// Means of each part.
@@ -135,12 +130,12 @@ pub(super) struct Parts {
 
 impl Parts {
     /// Of so many pixels.
-    pub(super) fn new(pixels: usize) -> Self {
+    fn new(pixels: usize) -> Self {
         Self { before: vec![0.0; pixels], means: vec![vec![]; pixels] }
     }
 
     /// Notes what the last samples, `n` for each pixel, have added to the film.
-    pub(super) fn note(&mut self, film: &Film, pixels: &[(u32, u32)], n: u32) {
+    fn note(&mut self, film: &Film, pixels: &[(u32, u32)], n: u32) {
         for ((before, means), (x, y)) in self.before.iter_mut().zip(&mut self.means).zip(pixels) {
             let sum = luminance_sum(film.pixel(*x, *y));
             means.push((sum - *before) / f64::from(n));
@@ -149,7 +144,7 @@ impl Parts {
     }
 
     /// What they are like, with what was counted on the way.
-    pub(super) fn trial(&self, tally: &Tally) -> Trial {
+    fn trial(&self, tally: &Tally) -> Trial {
         let moments = |means: &Vec<f64>| {
             let n = means.len() as f64;
             let mean = means.iter().sum::<f64>() / n;
@@ -166,21 +161,23 @@ fn luminance_sum(pixel: &Pixel) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The number of rays that is best for the picture as a whole.
-fn best_split(trials: impl Iterator<Item = Trials>) -> u32 {
-    let (one, many): (Vec<Trial>, Vec<Trial>) = trials.map(|trials| (trials.one, trials.many)).unzip();
-    let level = mean_luminance(one.iter().chain(&many));
-    let [noise_of_one, noise_of_many] =
-        [&one, &many].map(|kind| kind.iter().map(|trial| trial.noise(level)).collect::<Vec<_>>());
-    if noise_of_one.iter().sum::<f64>() <= 0.0 {
-        return 1;
+impl Trials {
+    /// The number of rays that is best for the picture as a whole.
+    fn best_split(&self) -> u32 {
+        let [one, many] = [&self.one, &self.many];
+        let level = 0.5 * (one.mean_luminance() + many.mean_luminance());
+        let [noise_of_one, noise_of_many] = [one, many].map(|trial| trial.noise(level));
+        // Nobody knows of a picture without noise, nor of one with hardly a pixel.
+        if noise_of_one.len() < 2 || noise_of_one.iter().sum::<f64>() <= 0.0 {
+            return 1;
+        }
+        let left = left_of_variance(&noise_of_one, &noise_of_many);
+        closed_form(left, [one.mean_cost(), many.mean_cost()])
     }
-    let left = left_of_variance(&noise_of_one, &noise_of_many);
-    closed_form(left, [mean_cost(&one), mean_cost(&many)])
 }
 
-/// The fraction of the variance that is left with [`PILOT_SPLIT`] rays, from the [noise](Trial::noise) of each tile's pixels
-/// of both kinds: as much as is to be expected, if all fractions from [`LEAST_LEFT`] to 1 were as likely before.
+/// The fraction of the variance that is left with [`PILOT_SPLIT`] rays, from the [noise](Trial::noise) of the same
+/// pixels with both kinds of samples: as much as is to be expected, if all fractions from [`LEAST_LEFT`] to 1 were as likely before.
 ///
 /// The product of variance and cost is linear in that fraction, so that the number of rays that is best for its mean is
 /// best in the mean.
@@ -225,29 +222,31 @@ fn closed_form(left: f64, cost: [f64; 2]) -> u32 {
 }
 
 impl Trial {
-    /// Sum over the pixels of a [power](POWER) of the variance by the square of the mean; a mean below a tenth of the picture's
-    /// counts as that.
-    fn noise(&self, level: f64) -> f64 {
+    /// Adds pixels that come after these.
+    fn add(&mut self, next: Self) {
+        self.pixels.extend(next.pixels);
+        self.cost += next.cost;
+        self.samples += next.samples;
+    }
+
+    /// A [power](POWER) of the variance by the square of the mean, in sums over a few pixels each; a mean below a tenth of the
+    /// picture's counts as that.
+    fn noise(&self, level: f64) -> Vec<f64> {
         let relative = |&[mean, variance]: &[f32; 2]| {
             let square = f64::from(mean).powi(2) + (0.1 * level).powi(2);
             if square > 0.0 { f64::from(variance) / square } else { 0.0 }
         };
-        self.pixels.iter().map(|pixel| relative(pixel).powf(POWER)).sum()
+        let sum = |pixels: &[[f32; 2]]| pixels.iter().map(|pixel| relative(pixel).powf(POWER)).sum();
+        self.pixels.chunks(TOGETHER).map(sum).collect()
     }
-}
 
-fn mean_luminance<'a>(trials: impl Iterator<Item = &'a Trial>) -> f64 {
-    let (mut sum, mut pixels) = (0.0, 0);
-    for [mean, _] in trials.flat_map(|trial| &trial.pixels) {
-        sum += f64::from(*mean);
-        pixels += 1;
+    fn mean_luminance(&self) -> f64 {
+        self.pixels.iter().map(|[mean, _]| f64::from(*mean)).sum::<f64>() / self.pixels.len().max(1) as f64
     }
-    sum / f64::from(pixels.max(1))
-}
 
-fn mean_cost(trials: &[Trial]) -> f64 {
-    let sum = |of: fn(&Trial) -> f64| trials.iter().map(of).sum::<f64>();
-    sum(|trial| trial.cost) / sum(|trial| trial.samples).max(1.0)
+    fn mean_cost(&self) -> f64 {
+        self.cost / self.samples.max(1.0)
+    }
 }
 
 #[cfg(test)]
@@ -260,7 +259,7 @@ mod tests {
         for (v1, v2, expected) in [(0.01, 0.21, 5), (0.05, 0.21, 2), (0.2, 0.2, 1), (0.21, 0.0, 1)] {
             assert_eq!(closed_form((v1 + v2 / m) / (v1 + v2), [2.0, 1.0 + m]), expected);
         }
-        assert_eq!(best_split(std::iter::empty()), 1);
+        assert_eq!(Trials::default().best_split(), 1);
     }
 
     #[test]
@@ -277,24 +276,30 @@ mod tests {
 
     #[test]
     fn what_may_be_chance_splits_nothing() {
-        let tile = |one: f32, many: f32| {
-            let trial = |variance: f32, cost| Trial { pixels: vec![[1.0, variance]; 4], cost, samples: 4.0 };
-            Trials { one: trial(one, 8.0), many: trial(many, 20.0) }
+        let trials = |few: [f32; 2], all: [f32; 2]| {
+            let pixels = |kind: usize| {
+                let variance = |i| if i < TOGETHER { few[kind] } else { all[kind] };
+                (0..100 * TOGETHER).map(|i| [1.0, variance(i)]).collect()
+            };
+            let trial = |kind, cost| Trial { pixels: pixels(kind), cost, samples: 4.0 };
+            Trials { one: trial(0, 8.0), many: trial(1, 20.0) }
         };
-        // One tile alone says that splitting helps; a hundred of them are believed.
-        let calm = || (0..99).map(|_| tile(0.01, 0.01));
-        assert_eq!(best_split(calm().chain([tile(1.0, 0.2)])), 1);
-        assert!(best_split((0..100).map(|_| tile(1.0, 0.3))) >= 2);
+        // A few neighbours alone say that splitting helps; a hundred times as many are believed.
+        assert_eq!(trials([1.0, 0.2], [0.01; 2]).best_split(), 1);
+        assert!(trials([1.0, 0.3], [1.0, 0.3]).best_split() >= 2);
     }
 
     #[test]
-    fn a_pilot_has_pairs_of_pixels_and_few_of_them() {
-        let pixels: Vec<(u32, u32)> = (0..256).flat_map(|y| (0..256).map(move |x| (x, y))).collect();
-        let many: Vec<_> = pixels.iter().filter(|p| Role::of(p) == Role::Many).collect();
-        assert_eq!(many.len(), 256 * 256 / 64);
-        assert!(many.iter().all(|(x, y)| Role::of(&(x + 1, *y)) == Role::One));
-        let near =
-            |(x, y): (u32, u32)| many.iter().filter(|(a, b)| a.abs_diff(x) + b.abs_diff(y) < 9).count();
-        assert!(many.iter().all(|p| near(**p) == 1), "none is near another");
+    fn a_pilot_has_few_pixels_and_they_are_far_from_each_other() {
+        for (edge, least) in [(128, 8), (256, 8), (512, 8), (2048, 32)] {
+            let pixels = (0..edge).flat_map(|y| (0..edge).map(move |x| (x, y)));
+            let tried: Vec<_> = pixels.filter(|p| is_tried(p, (edge * edge) as usize)).collect();
+            let expected = (edge * edge / PIXELS_PER_TRIED).min(MOST_TRIED);
+            assert!(tried.len().abs_diff(expected as usize) <= edge as usize / 64, "{edge}: {}", tried.len());
+            let near = |(x, y): (u32, u32)| {
+                tried.iter().filter(|(a, b)| a.abs_diff(x) + b.abs_diff(y) < least).count()
+            };
+            assert!(tried.iter().step_by(7).all(|p| near(*p) == 1), "{edge}: none is near another");
+        }
     }
 }

@@ -1,6 +1,5 @@
 //! Tiles: the parts of a picture that one thread renders at a time.
 
-use super::split::Splits;
 use crate::film::{Film, PixelRect};
 use crate::integrator::z_order;
 use std::collections::BTreeMap;
@@ -20,8 +19,6 @@ pub(super) struct Lack {
     pub count: u32,
     /// Samples that they are to have.
     pub target: u32,
-    /// Rays at their first glossy hits.
-    pub split: u32,
 }
 
 impl Tile {
@@ -32,13 +29,12 @@ impl Tile {
         &self,
         film: &Film,
         target: impl Fn(&(u32, u32)) -> u32,
-        splits: &Splits,
     ) -> BTreeMap<Lack, Vec<(u32, u32)>> {
         let mut groups: BTreeMap<Lack, Vec<(u32, u32)>> = BTreeMap::new();
         for pixel in &self.active {
             let (count, target) = (film.pixel(pixel.0, pixel.1).count, target(pixel));
             if count < target {
-                groups.entry(Lack { count, target, split: splits.of(pixel) }).or_default().push(*pixel);
+                groups.entry(Lack { count, target }).or_default().push(*pixel);
             }
         }
         groups

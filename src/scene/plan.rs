@@ -5,7 +5,7 @@ use super::{
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
-use crate::scene::settings::{EVEN_SAMPLES, MAX_AUTO_SPLIT};
+use crate::scene::settings::{EVEN_SAMPLES, LEAST_WITH_PILOT, MAX_AUTO_SPLIT};
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -24,9 +24,9 @@ pub struct Plan {
     pub has_delta: bool,
     /// Whether rays go on from surfaces.
     pub bounces: bool,
-    /// Rays into which the first glossy hit of a path splits.
+    /// Rays into which the first glossy hit of a path splits, unless a pilot finds out.
     pub split: u32,
-    /// Whether a pilot finds out into how many rays it splits.
+    /// Whether a pilot finds out into how many rays the first hit splits.
     pub splits_by_pilot: bool,
     /// The most glossy rays that one camera ray can lead to, if there is a bound.
     pub glossy_rays_bound: Option<f64>,
@@ -64,8 +64,9 @@ impl Plan {
             has_delta,
             bounces,
             split: if has_glossy && goes_on { settings.glossy_samples.at(0) } else { 1 },
-            splits_by_pilot: has_glossy
+            splits_by_pilot: (has_glossy || has_diffuse && settings.diffuse_bounces)
                 && goes_on
+                && settings.spp >= LEAST_WITH_PILOT
                 && matches!(settings.glossy_samples, GlossySamples::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
             samples_lights: lights.samples,
@@ -100,7 +101,10 @@ impl Plan {
         };
         say(
             self.splits_by_pilot || self.has_glossy && self.split > 1,
-            &format!("the first glossy hit splits into {into}"),
+            &format!(
+                "{} splits into {into}",
+                if self.splits_by_pilot { "the first hit" } else { "the first glossy hit" }
+            ),
             "splitting (no glossy surface, or one ray per hit)",
         );
         say(

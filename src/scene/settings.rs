@@ -44,8 +44,9 @@ pub enum GlossySamples {
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
-    /// As many at the first glossy hit as a pilot finds to be worth their time for the picture as a whole, one at those
-    /// after it. One pixel in 64 tries 4 and one tries 1, and both keep to it.
+    /// As many at the first hit that is no mirror, glossy or not, as a pilot finds to be worth their time for the picture as a
+    /// whole, one at those after it. The pilot tries 1 and 4 in one pixel of 128, and in 2048 at most; pictures of fewer than
+    /// 8 samples per pixel have none and do not split.
     Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
@@ -54,8 +55,11 @@ pub enum GlossySamples {
     },
 }
 
-/// More rays than these at a glossy hit are never worth it: what is gained is less than the pilot's own error.
-pub const MAX_AUTO_SPLIT: u32 = 64;
+/// More rays than these at a first hit are never worth it: what is gained is less than the pilot's own error.
+pub const MAX_AUTO_SPLIT: u32 = 8;
+
+/// Samples per pixel from which on a pilot is worth its time.
+pub const LEAST_WITH_PILOT: u32 = 8;
 
 /// Samples that every pixel has before any are shared out.
 pub const EVEN_SAMPLES: u32 = 16;
@@ -213,7 +217,7 @@ impl Default for Settings {
             max_depth: 8,
             at_max_depth: AtMaxDepth::default(),
             roulette_from: 3,
-            glossy_samples: GlossySamples::First(1),
+            glossy_samples: GlossySamples::Auto(Auto::Auto),
             horizon: Horizon::default(),
             self_hit: SelfHit::default(),
             direct_light: DirectLight::default(),
