@@ -1,9 +1,10 @@
 //! Surfaces that are diffuse and nothing else, eight side by side: the ordinary case, which takes none of the turns that
 //! `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it there, to the bit.
 
+use super::bounce::Dimension;
 use super::bounce::{most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
-use super::eight::{Directions, Eight, Lane};
+use super::eight::{Directions, Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
 use super::order::Order;
 use super::path::Path;
@@ -15,11 +16,22 @@ use crate::core::Rgb;
 use crate::core::lanes::{Colours, Floats, LANES};
 use crate::scene::{DirectLight, EightSamples, Receivers, Scene};
 
+/// The numbers of one ray of each of eight surfaces.
+struct Numbers {
+    /// What they are indexed by: see [`Path::index`].
+    index: [u32; LANES],
+    lobe: Pairs,
+    /// The number by which the path ends; negative where it does not end by chance.
+    survival: Floats,
+}
+
 /// What has come to up to eight diffuse surfaces.
 #[derive(Default)]
 struct Arrived {
     /// How many.
     count: usize,
+    /// Rays that leave each where a path goes on.
+    rays: u32,
     /// The paths' weights.
     beta: Colours,
     /// See [`Path::favour`].
@@ -27,10 +39,8 @@ struct Arrived {
     reflectance: Colours,
     /// Where a ray leaves.
     goes_on: [bool; LANES],
-    /// Rays that leave: one or none.
+    /// Rays that leave.
     rate: Floats,
-    /// The number by which the path ends; negative where it does not end by chance.
-    survival: Floats,
     /// The greatest share that survives.
     most: Floats,
     /// What no channel of reflected light may exceed.
@@ -64,14 +74,15 @@ impl Integrator<'_> {
     }
 
     /// Whether hits of paths on surfaces of a kind are shaded side by side: not where denoisers are told of them, nor where
-    /// they split or rays may have to wait.
+    /// rays may have to wait. All must split into as many rays.
     #[inline(always)]
     pub(super) fn are_alike(&self, kind: usize, from: &[&Path; LANES], out: &Outgoing) -> bool {
+        let rays = self.rays_of(from[0], LobeKind::Diffuse);
         kind == Order::DIFFUSE
             && self.alike
-            && from.iter().all(|path| self.rays_of(path, LobeKind::Diffuse) == 1)
             && out.trails.is_empty()
-            && out.next.len() + LANES <= self.capacity
+            && from.iter().all(|path| self.rays_of(path, LobeKind::Diffuse) == rays)
+            && out.next.len() + LANES * rays as usize <= self.capacity
     }
 
     /// What the first `count` of eight surfaces reflect that are [alike](Self::are_alike), by their `reflectance`.
@@ -95,28 +106,32 @@ impl Integrator<'_> {
                 self.scene.lights.sample_eight(&to, || eight.fine(), &eight.light(), &mut lights);
             }
         }
-        let (directions, guides) = self.directions_alike(eight, &arrived.goes_on, &lights);
-        self.light_alike(eight, &arrived, &guides, &lights, out);
-        self.bounce_alike(eight, &arrived, &guides, &directions, out);
+        for number in 0..arrived.rays {
+            let numbers = self.numbers_alike(eight, (number, arrived.rays));
+            let (directions, guides) = self.directions_alike(eight, &numbers, &arrived.goes_on, &lights);
+            if number == 0 {
+                self.light_alike(eight, &arrived, &guides, &lights, out);
+            }
+            self.bounce_alike(eight, &arrived, &guides, (&numbers, &directions), out);
+        }
     }
 
     /// What has come to the surfaces; what ends there is counted.
     #[inline(always)]
     fn arrived(&self, eight: &Eight, (count, reflectance): (usize, Colours), out: &mut Outgoing) -> Arrived {
         let settings = &self.scene.settings;
-        let mut arrived = Arrived { count, reflectance, ..Arrived::default() };
+        let rays = self.rays_of(eight.from[0], LobeKind::Diffuse);
+        let mut arrived = Arrived { count, rays, reflectance, ..Arrived::default() };
         for lane in 0..count {
             let path = eight.from[lane];
             let goes_on = !self.is_last(path);
             if !goes_on {
                 out.tally.lose(path.beta * reflectance.get(lane));
             }
-            let may_end = path.depth >= self.roulette_from;
             arrived.beta.set(lane, path.beta);
             arrived.favour[lane] = path.favour;
             arrived.goes_on[lane] = goes_on;
-            arrived.rate[lane] = if goes_on { 1.0 } else { 0.0 };
-            arrived.survival[lane] = if may_end { Lane { eight, lane }.survival() } else { -1.0 };
+            arrived.rate[lane] = if goes_on { rays as f32 } else { 0.0 };
             arrived.most[lane] = most_survivors(path.depth >= settings.max_depth);
             arrived.bound[lane] = match settings.clamp_indirect {
                 Some(most) if path.depth > 0 => most,
@@ -126,17 +141,40 @@ impl Integrator<'_> {
         arrived
     }
 
+    /// The numbers of ray `number` of so many `rays` that leave each surface.
+    #[inline(always)]
+    fn numbers_alike(&self, eight: &Eight, (number, rays): (u32, u32)) -> Numbers {
+        let mut numbers = Numbers { index: [0; LANES], lobe: eight.lobe, survival: [-1.0; LANES] };
+        for (lane, path) in eight.from.iter().enumerate() {
+            numbers.index[lane] = path.index.wrapping_mul(rays).wrapping_add(number);
+        }
+        if rays > 1 {
+            numbers.lobe = eight.draw_at(Dimension::Lobe(0), numbers.index);
+        }
+        for (lane, path) in eight.from.iter().enumerate() {
+            if path.depth >= self.roulette_from {
+                let lane_drawn = Lane { eight, lane };
+                numbers.survival[lane] = match rays {
+                    1 => lane_drawn.survival(),
+                    _ => lane_drawn.sampler().single(numbers.index[lane], Dimension::Survival.at(path.depth)),
+                };
+            }
+        }
+        numbers
+    }
+
     /// The directions of the rays that leave where a path `goes_on`, and what guides have to do with them.
     #[inline(always)]
     fn directions_alike(
         &self,
         eight: &Eight,
+        numbers: &Numbers,
         goes_on: &[bool; LANES],
         lights: &EightSamples,
     ) -> (Directions, Guides) {
-        let (points, [x, y]) = (eight.points, &eight.lobe);
+        let (points, [x, y]) = (eight.points, &numbers.lobe);
         let Some(caustics) = self.caustics else {
-            return (Directions::diffuse(points, &eight.lobe), Guides::default());
+            return (Directions::diffuse(points, &numbers.lobe), Guides::default());
         };
         let mut guides = Guides::default();
         let mut cells = [None; LANES];
@@ -213,11 +251,11 @@ impl Integrator<'_> {
         eight: &Eight,
         arrived: &Arrived,
         guides: &Guides,
-        directions: &Directions,
+        (numbers, directions): (&Numbers, &Directions),
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let bounced = self.bounced(eight, arrived, guides, directions);
+        let bounced = self.bounced(eight, arrived, guides, (numbers, directions));
         let origins = points.starts(&directions.wi, self_hit);
         for lane in 0..arrived.count {
             let (path, beta) = (eight.from[lane], bounced.beta.get(lane));
@@ -227,8 +265,10 @@ impl Integrator<'_> {
             let child = Path {
                 beta,
                 favour: bounced.favour[lane],
+                index: numbers.index[lane],
                 depth: path.depth + 1,
-                rate: bounced.pdf[lane],
+                split: if self.splits_any { 1 } else { path.split },
+                rate: bounced.pdf[lane] * arrived.rate[lane],
                 receiver_n: points.n.get(lane),
                 lobes_look: true,
                 emission_only: false,
@@ -242,12 +282,18 @@ impl Integrator<'_> {
 
     /// What the rays that leave weigh, and which of them survive.
     #[inline(always)]
-    fn bounced(&self, eight: &Eight, arrived: &Arrived, guides: &Guides, directions: &Directions) -> Bounced {
+    fn bounced(
+        &self,
+        eight: &Eight,
+        arrived: &Arrived,
+        guides: &Guides,
+        (numbers, directions): (&Numbers, &Directions),
+    ) -> Bounced {
         let points = eight.points;
         let mut bounced = Bounced { favour: arrived.favour, pdf: directions.pdf, ..Bounced::default() };
         for lane in 0..LANES {
             let weight = arrived.reflectance.get(lane) * directions.weight[lane];
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight);
+            bounced.beta.set(lane, arrived.beta.get(lane) * weight * arrived.rate[lane].recip());
         }
         if self.caustics.is_some() {
             for lane in 0..LANES {
@@ -257,14 +303,15 @@ impl Integrator<'_> {
                 let guided = guides.share[lane] > 0.0;
                 // Where nothing is reflected, the density may be zero too.
                 let weight = arrived.reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
-                let (beta, favour) = (arrived.beta.get(lane) * weight, arrived.favour[lane] * (pdf / alone));
+                let beta = arrived.beta.get(lane) * weight * arrived.rate[lane].recip();
+                let favour = arrived.favour[lane] * (pdf / alone);
                 bounced.beta.set(lane, if guided { beta } else { bounced.beta.get(lane) });
                 bounced.favour[lane] = if guided { favour } else { bounced.favour[lane] };
                 bounced.pdf[lane] = if guided { pdf } else { bounced.pdf[lane] };
             }
         }
         for lane in 0..LANES {
-            let (beta, number) = (bounced.beta.get(lane), arrived.survival[lane]);
+            let (beta, number) = (bounced.beta.get(lane), numbers.survival[lane]);
             let share = share_of_survivors(beta, bounced.favour[lane], arrived.most[lane]);
             let ends = number >= share;
             let scale = if number < 0.0 { 1.0 } else { share.recip() };

@@ -32,7 +32,7 @@ pub(super) struct Eight<'a> {
 }
 
 /// A pair of numbers for each of eight surfaces: the first of all, then the second.
-type Pairs = [Floats; 2];
+pub(super) type Pairs = [Floats; 2];
 
 /// One of the eight.
 #[derive(Clone, Copy)]
@@ -102,6 +102,12 @@ impl Eight<'_> {
             Some(light) => light,
             None => draw(Dimension::LightDirection, self.from, &self.samplers),
         }
+    }
+
+    /// Other pairs: those of each sampler at these indices.
+    #[inline(always)]
+    pub(super) fn draw_at(&self, dimension: Dimension, indices: [u32; LANES]) -> Pairs {
+        dimension.draw(&self.samplers, indices, self.from.map(|path| path.depth))
     }
 
     /// What lights want to know beyond their own pair.

@@ -174,11 +174,13 @@ impl<'a> Integrator<'a> {
         tally: &mut Tally,
         stop: &AtomicBool,
     ) {
-        let per_wave = (self.capacity / work.pixels.len().max(1)).max(1) as u32;
+        // So that the rays of first hits that split find room together.
+        let roots = (self.capacity / work.split.max(1) as usize / LANES).max(1) * LANES;
+        let per_wave = (roots / work.pixels.len().max(1)).max(1) as u32;
         let mut first = work.samples.start;
         while first < work.samples.end {
             let last = work.samples.end.min(first.saturating_add(per_wave));
-            for block in work.pixels.chunks(self.capacity) {
+            for block in work.pixels.chunks(roots) {
                 if stop.load(Ordering::Relaxed) {
                     return;
                 }

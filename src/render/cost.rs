@@ -2,12 +2,12 @@
 
 use crate::integrator::{RayClass, Tally};
 
-/// A camera ray's cost by that of a ray that leaves a surface, which is less coherent and brings shading with it. From
-/// the times of four scenes with 1, 2, 4 and 9 rays per glossy hit.
+/// A camera ray's cost by that of a ray that leaves a surface, which is less coherent and brings shading and shadow rays with
+/// it. Of twelve scenes it tells by how much more time 4 rays at first hits take than 1, to 3 percent (root mean square).
 const CAMERA_RAY: f64 = 0.5;
 
 /// What all samples of a tally cost, in rays that leave surfaces.
 pub(super) fn cost(tally: &Tally) -> f64 {
-    let camera = tally.class(RayClass::Primary).rays as f64;
-    CAMERA_RAY * camera + (tally.all_rays().rays as f64 - camera)
+    let rays = |class| tally.class(class).rays as f64;
+    CAMERA_RAY * rays(RayClass::Primary) + rays(RayClass::Glossy) + rays(RayClass::Diffuse)
 }

@@ -41,9 +41,9 @@ const TILE_SIZE: u32 = 128;
 /// Neighbouring pixels of a pilot whose noise is added up before it is compared with that of others.
 const TOGETHER: usize = 8;
 
-/// The least of the variance that is left with [`PILOT_SPLIT`] rays. A quarter would be left if all of it were the lobe's;
-/// and what little is not the lobe's is known least, but decides about large numbers.
-const LEAST_LEFT: f64 = 0.27;
+/// The least of the variance that is left with [`PILOT_SPLIT`] rays. A quarter would be left if all of it were the lobe's,
+/// which is not so in any scene; and what little is not the lobe's is known least, but decides about large numbers.
+const LEAST_LEFT: f64 = 0.3;
 
 /// The power of variances at which two kinds of samples are compared: a rare bright path weighs less than in the variance.
 const POWER: f64 = 0.7;
