@@ -121,7 +121,7 @@ fn info_prints_what_a_preset_stands_for() {
         ("suffern", ["glossy_samples 1", "spp 100", "at_max_depth black", "max_depth 5", "horizon fold"]),
         (
             "accurate",
-            ["glossy_samples 1", "self_hit primitive", "at_max_depth roulette", "spp 64", "max_depth 8"],
+            ["glossy_samples auto", "self_hit primitive", "at_max_depth roulette", "spp 64", "max_depth 8"],
         ),
     ] {
         let out = gloss().args(["info", scene, "--preset", preset]).assert().success();

@@ -128,11 +128,27 @@ fn a_share_says_that_its_samples_are_even_where_they_would_not_be() {
 #[test]
 fn a_share_that_hangs_on_the_others_is_refused() {
     let place = Place::new();
-    for flags in ["--noise 0.1", "--glossy-samples auto"] {
-        assert_eq!(
-            place.gloss(&format!("render scene.toml -o c.exr --shard 0/2 {flags}")).code,
-            2,
-            "{flags}"
-        );
+    for (flag, why) in [("--noise 0.1", "cannot be used with"), ("--adaptive=true", "leave --adaptive out")] {
+        let ran = place.gloss(&format!("render scene.toml -o c.exr --shard 0/2 {flag}"));
+        assert!(ran.code == 2 && ran.err.contains(why), "{}", ran.err);
+    }
+}
+
+#[test]
+fn every_share_splits_as_the_whole_does() {
+    let place = Place::new();
+    // A lobe so wide that splitting is worth it.
+    let flags = "-D materials.shiny.exponent=5 --adaptive=false --progress json";
+    let split = |ran: &Ran| {
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let last = ran.err.lines().last().unwrap_or_default();
+        serde_json::from_str::<serde_json::Value>(last).unwrap()["split"].as_u64().unwrap()
+    };
+    let whole =
+        place.gloss(&format!("render scene.toml -o whole.exr --checkpoint whole.state.exr --spp 8 {flags}"));
+    assert!(split(&whole) > 1, "{}", whole.err);
+    for (file, share) in [("a.exr", "0/2"), ("b.exr", "1/2"), ("c.exr", "1/3 --shard-by tiles")] {
+        let ran = place.gloss(&format!("render scene.toml -o {file} --shard {share} --spp 8 {flags}"));
+        assert_eq!(split(&ran), split(&whole), "{share}");
     }
 }

@@ -114,9 +114,7 @@ impl FarmArgs {
         };
         if identity.adaptive {
             return Err(Failure::bad(
-                "a shard's samples cannot depend on what the others find: leave --noise and --adaptive out, and give \
-                 --glossy-samples a number"
-                    .to_owned(),
+                "a shard's samples cannot depend on what the others find: leave --adaptive out".to_owned(),
             ));
         }
         let (index, count) = flag.resolve()?;
@@ -179,7 +177,6 @@ impl Subject<'_> {
     fn identity(&self) -> Identity {
         let Self { name, scene, accel, crop, noise } = *self;
         let [width, height] = scene.camera.resolution;
-        let fixed = noise.is_some();
         Identity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: name.display().to_string(),
@@ -192,8 +189,8 @@ impl Subject<'_> {
             spp: scene.settings.spp,
             aovs: scene.settings.aovs.clone(),
             noise,
-            adaptive: fixed || scene.settings.adaptive,
-            grows: !fixed && can_grow(&scene.settings),
+            adaptive: noise.is_some() || scene.settings.adaptive,
+            grows: noise.is_none() && can_grow(&scene.settings),
         }
     }
 }

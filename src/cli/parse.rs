@@ -27,13 +27,16 @@ pub(super) fn crop(typed: &str) -> Result<PixelRect, String> {
     }
 }
 
-/// `16`, `16,4,1`, `branch=9` or `auto`.
+/// `16`, `16,4,1`, `any=4`, `branch=9` or `auto`.
 pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
     let rays = |s: &str| {
         s.trim().parse().map(NonZeroU32::get).map_err(|_| format!("`{s}` is not a number of rays from 1 up"))
     };
     if typed == "auto" {
         return Ok(GlossySamples::Auto(Auto::Auto));
+    }
+    if let Some(any) = typed.strip_prefix("any=") {
+        return Ok(GlossySamples::Any { any: rays(any)? });
     }
     if let Some(branch) = typed.strip_prefix("branch=") {
         return Ok(GlossySamples::Branch { branch: rays(branch)? });
@@ -187,6 +190,7 @@ mod tests {
         assert_eq!(crop("0, 1,2,30"), Ok(PixelRect { x0: 0, y0: 1, x1: 2, y1: 30 }));
         assert_eq!(glossy_samples("16"), Ok(GlossySamples::First(16)));
         assert_eq!(glossy_samples("16,4"), Ok(GlossySamples::PerDepth(vec![16, 4])));
+        assert_eq!(glossy_samples("any=4"), Ok(GlossySamples::Any { any: 4 }));
         assert_eq!(glossy_samples("branch=9"), Ok(GlossySamples::Branch { branch: 9 }));
         assert_eq!(glossy_samples("auto"), Ok(GlossySamples::Auto(Auto::Auto)));
         let defined = definition("shapes.0.file=a=b.obj").unwrap();

@@ -267,6 +267,7 @@ impl Report<'_> {
             ("seed", scene.settings.seed.to_string()),
             ("spp", scene.settings.spp.to_string()),
             ("samples_per_pixel", format!("{:.3}", self.samples_per_pixel())),
+            ("split", outcome.split.to_string()),
             ("stopped_by", outcome.stopped_by.name().to_owned()),
             ("seconds", format!("{:.3}", outcome.seconds)),
             ("rays", outcome.tally.all_rays().rays.to_string()),
@@ -312,6 +313,9 @@ impl Report<'_> {
             let rays = RayClass::ALL
                 .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
             note(&format!("rays: {}", rays.join(", ")));
+            if outcome.split > 1 {
+                note(&format!("first hits split into {} rays", outcome.split));
+            }
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
         }
         if let Some(what) = approximation(self.scene) {
@@ -371,6 +375,7 @@ impl Report<'_> {
             "scene_hash": scene.hash,
             "spp": scene.settings.spp,
             "samples_per_pixel": self.samples_per_pixel(),
+            "split": outcome.split,
             "stopped_by": outcome.stopped_by,
             "seed": scene.settings.seed,
             "rays": rays,

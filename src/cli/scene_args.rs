@@ -34,8 +34,9 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "POLICY", help_heading = SETTINGS)]
     at_max_depth: Option<AtMaxDepth>,
 
-    /// Rays that a glossy hit splits into: N at the first on a path, N,M,... at the first, second, ..., branch=N at every
-    /// one, or auto to let a pilot in a few pixels choose
+    /// Rays that a hit splits into: N at the first glossy one of a path, N,M,... at the first, second, ... glossy one,
+    /// branch=N at every glossy one, any=N at the first that is no mirror, or auto to let a pilot in a few pixels choose
+    /// that
     #[arg(long, value_name = "N", value_parser = parse::glossy_samples, help_heading = SETTINGS)]
     glossy_samples: Option<GlossySamples>,
 
@@ -158,6 +159,7 @@ fn glossy_samples(value: &GlossySamples) -> String {
         GlossySamples::Auto(_) => "\"auto\"".to_owned(),
         GlossySamples::First(n) => n.to_string(),
         GlossySamples::PerDepth(list) => format!("{list:?}"),
+        GlossySamples::Any { any } => format!("{{ any = {any} }}"),
         GlossySamples::Branch { branch } => format!("{{ branch = {branch} }}"),
     }
 }

@@ -26,6 +26,6 @@ mod tests {
     fn settings_are_told_in_the_words_of_scene_files() {
         let text = to_text(&Settings::default());
         assert!(text.contains("spp 64") && text.contains("self_hit primitive"), "{text}");
-        assert_eq!(to_json(&Settings::default())["glossy_samples"], 1);
+        assert_eq!(to_json(&Settings::default())["glossy_samples"], "auto");
     }
 }

@@ -36,7 +36,7 @@ pub struct Identity {
     /// Whether samples depend on what the render has found before (a threshold, samples where noise is).
     pub adaptive: bool,
     /// Whether a picture of more samples holds all of these: where there is no threshold, no pattern of so many
-    /// samples, and, if samples are shared out or split by a pilot, either none of them or all that this hangs on.
+    /// samples, and, if samples are shared out, either none of them or all that this hangs on.
     pub grows: bool,
 }
 
@@ -59,7 +59,7 @@ impl Identity {
         let grows = self.grows && wanted.grows;
         if !more_samples || !grows || self.spp > wanted.spp {
             let name = if more_samples && !grows {
-                "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, --adaptive with 9 to 15, or glossy_samples = \"auto\" with fewer than 8)"
+                "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 9 to 15)"
             } else {
                 "samples per pixel"
             };
@@ -266,7 +266,7 @@ pub(super) mod tests {
         assert_eq!(ours.differences(&more, false), ["samples per pixel: 16 in the file, 64 now"]);
         assert_eq!(more.differences(&ours, true), ["samples per pixel: 64 in the file, 16 now"]);
         let [ours, more] = [ours, more].map(|of| Identity { adaptive: true, grows: false, ..of });
-        let refused = "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, --adaptive with 9 to 15, or glossy_samples = \"auto\" with fewer than 8): 16 in the file, 64 now";
+        let refused = "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 9 to 15): 16 in the file, 64 now";
         assert_eq!(ours.differences(&more, true), [refused]);
     }
 

@@ -77,8 +77,9 @@ fn room(settings: &str) -> Scene {
     load_str(&text, Format::Toml, Path::new(""), &[]).expect("the room loads")
 }
 
-/// The picture of a scene; whether surfaces are shaded side by side, where they are alike, and whether rays are guided.
-fn film(scene: &Scene, alike: bool, guided: bool) -> (Film, Tally) {
+/// The picture of a scene with so many rays at first hits; whether surfaces are shaded side by side, where they are alike, and
+/// whether rays are guided.
+fn film(scene: &Scene, split: u32, alike: bool, guided: bool) -> (Film, Tally) {
     let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
     let caustics = CausticMap::of(scene, &accel);
     assert!(!caustics.is_empty(), "the mirror makes a caustic");
@@ -88,7 +89,7 @@ fn film(scene: &Scene, alike: bool, guided: bool) -> (Film, Tally) {
     integrator.alike = alike;
     let rect = PixelRect { x0: 0, y0: 0, x1: 32, y1: 32 };
     let (mut film, mut tally) = (Film::new([32, 32], rect), Tally::default());
-    let work = Work { pixels: &z_order(rect), samples: 0..4, split: 1 };
+    let work = Work { pixels: &z_order(rect), samples: 0..4, split };
     integrator.render(&mut film, &work, &mut Scratch::default(), &mut tally, &AtomicBool::new(false));
     (film, tally)
 }
@@ -102,10 +103,10 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {
         let scene = room(settings);
-        for guided in [false, true] {
+        for (split, guided) in [(1, false), (1, true), (3, false), (3, true)] {
             let [(together, counted), (alone, counted_alone)] =
-                [true, false].map(|alike| film(&scene, alike, guided));
-            assert!(together == alone, "{settings}, guided: {guided}");
+                [true, false].map(|alike| film(&scene, split, alike, guided));
+            assert!(together == alone, "{settings}, split in {split}, guided: {guided}");
             let rays = |tally: &Tally| tally.all_rays().rays;
             assert_eq!(rays(&counted), rays(&counted_alone));
             assert_eq!(counted.lost_throughput(), counted_alone.lost_throughput());

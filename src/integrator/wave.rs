@@ -14,7 +14,7 @@ use crate::core::lanes::{Colours, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
-use crate::scene::{AtMaxDepth, EightSamples, GlossySamples, Material, Plan, Scene, Settings};
+use crate::scene::{AtMaxDepth, EightSamples, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -58,8 +58,8 @@ pub struct Work<'a> {
     pub pixels: &'a [(u32, u32)],
     /// Which samples of each.
     pub samples: Range<u32>,
-    /// Rays that leave a path's first glossy hit, or its first hit on anything but a mirror where
-    /// [`GlossySamples::Auto`](crate::scene::GlossySamples::Auto) is asked for.
+    /// Rays that leave a path's first glossy hit, or its first hit on anything but a mirror where the settings say
+    /// [so](crate::scene::GlossySamples::splits_any).
     pub split: u32,
 }
 
@@ -136,7 +136,7 @@ impl<'a> Integrator<'a> {
             caustics: None,
             capacity: CAPACITY,
             seed: scene.settings.seed,
-            splits_any: matches!(scene.settings.glossy_samples, GlossySamples::Auto(_)),
+            splits_any: scene.settings.glossy_samples.splits_any(),
             roulette_from: (*roulette_from).min(end),
             log: None,
         }

@@ -24,8 +24,8 @@ use super::tile::{Lack, Tile};
 use super::{Picture, RenderOptions, StopReason};
 use crate::film::{Film, PixelRect};
 use crate::integrator::{Scratch, Tally};
-use crate::scene::settings::{EVEN_SAMPLES, LEAST_WITH_PILOT};
-use crate::scene::{GlossySamples, Settings};
+use crate::scene::Settings;
+use crate::scene::settings::EVEN_SAMPLES;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -86,10 +86,7 @@ pub(super) fn shares_out(settings: &Settings, options: &RenderOptions<'_>, count
 /// when the second half has only begun, since the first is no longer told from it.
 pub fn can_grow(settings: &Settings) -> bool {
     let is_between = settings.spp > HALF && settings.spp < 2 * HALF;
-    let is_auto = matches!(settings.glossy_samples, GlossySamples::Auto(_));
-    settings.sampler.is_sequence()
-        && !(settings.adaptive && is_between)
-        && !(is_auto && settings.spp < LEAST_WITH_PILOT)
+    settings.sampler.is_sequence() && !(settings.adaptive && is_between)
 }
 
 /// Measures what two films of as many samples of the same pixels differ by.

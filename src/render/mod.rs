@@ -132,6 +132,8 @@ pub struct Outcome {
     pub thread_seconds: f64,
     /// What ended it.
     pub stopped_by: StopReason,
+    /// Rays into which first hits were split.
+    pub split: u32,
 }
 
 /// Renders a scene with the structure built from its shapes.
@@ -157,10 +159,13 @@ pub fn render(
     let caustics = pool.install(|| CausticMap::of(scene, accel));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     picture.integrator = picture.integrator.guided_by(&caustics);
-    if Plan::of(scene).splits_by_pilot {
+    let plan = Plan::of(scene);
+    picture.split = if plan.splits_by_pilot {
         let pilot = Integrator::new(scene, accel).guided_by(&caustics).with_seed(!scene.settings.seed);
-        picture.split = pool.install(|| split::best(scene, &pilot, stop));
-    }
+        pool.install(|| split::best(scene, &pilot, stop))
+    } else {
+        plan.split
+    };
     let preparing = preparing.elapsed().as_nanos() as u64 * pool.current_num_threads() as u64;
     picture.thread_nanoseconds = AtomicU64::new(preparing);
     let stopped_by = pool.install(|| picture.render());
@@ -172,6 +177,7 @@ pub fn render(
         seconds: started.elapsed().as_secs_f64(),
         thread_seconds: Duration::from_nanos(picture.thread_nanoseconds.into_inner()).as_secs_f64(),
         stopped_by,
+        split: picture.split,
     }
 }
 
@@ -233,7 +239,7 @@ impl<'a> Picture<'a> {
             stop,
             deadline: options.time.map(|time| started + time),
             samples,
-            split: scene.settings.glossy_samples.at(0),
+            split: 1,
             total,
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),

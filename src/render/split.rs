@@ -98,7 +98,7 @@ fn is_tried(&(x, y): &(u32, u32), area: usize) -> bool {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let one_of = (area as u64).div_ceil(u64::from(MOST_TRIED)).max(u64::from(PIXELS_PER_TRIED));
     let step = (one_of as f64 * GOLDEN).round() as u64;
-    (u64::from(x) + u64::from(y) * step) % one_of == 0
+    (u64::from(x) + u64::from(y) * step).is_multiple_of(one_of)
 }
 
 /// Takes a pilot's samples of some pixels of a tile, and measures them.

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
-use crate::scene::settings::{EVEN_SAMPLES, LEAST_WITH_PILOT, MAX_AUTO_SPLIT};
+use crate::scene::settings::{EVEN_SAMPLES, MAX_AUTO_SPLIT};
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -24,9 +24,11 @@ pub struct Plan {
     pub has_delta: bool,
     /// Whether rays go on from surfaces.
     pub bounces: bool,
-    /// Rays into which the first glossy hit of a path splits, unless a pilot finds out.
+    /// Rays into which the first hit of a path splits, unless a pilot finds out.
     pub split: u32,
-    /// Whether a pilot finds out into how many rays the first hit splits.
+    /// Whether a diffuse hit splits as a glossy one does.
+    pub splits_any: bool,
+    /// Whether a pilot finds out into how many rays.
     pub splits_by_pilot: bool,
     /// The most glossy rays that one camera ray can lead to, if there is a bound.
     pub glossy_rays_bound: Option<f64>,
@@ -55,6 +57,8 @@ impl Plan {
         let goes_on = settings.max_depth > 0 || settings.at_max_depth == AtMaxDepth::Roulette;
         let lights = LightUse::of(scene, has_diffuse, has_glossy);
         let bounces = has_lobes && goes_on;
+        let splits_any = settings.glossy_samples.splits_any();
+        let can_split = goes_on && (has_glossy || splits_any && has_diffuse && settings.diffuse_bounces);
         Self {
             triangles: count(scene, |s| matches!(s, Shape::Mesh(_))),
             spheres: count(scene, |s| matches!(s, Shape::Spheres(_))),
@@ -63,11 +67,9 @@ impl Plan {
             has_glossy,
             has_delta,
             bounces,
-            split: if has_glossy && goes_on { settings.glossy_samples.at(0) } else { 1 },
-            splits_by_pilot: (has_glossy || has_diffuse && settings.diffuse_bounces)
-                && goes_on
-                && settings.spp >= LEAST_WITH_PILOT
-                && matches!(settings.glossy_samples, GlossySamples::Auto(_)),
+            split: if can_split { settings.glossy_samples.at(0) } else { 1 },
+            splits_any,
+            splits_by_pilot: can_split && matches!(settings.glossy_samples, GlossySamples::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,
@@ -99,13 +101,11 @@ impl Plan {
         } else {
             format!("{} rays", self.split)
         };
+        let what = if self.splits_any { "hit" } else { "glossy hit" };
         say(
-            self.splits_by_pilot || self.has_glossy && self.split > 1,
-            &format!(
-                "{} splits into {into}",
-                if self.splits_by_pilot { "the first hit" } else { "the first glossy hit" }
-            ),
-            "splitting (no glossy surface, or one ray per hit)",
+            self.splits_by_pilot || self.split > 1,
+            &format!("the first {what} splits into {into}"),
+            "splitting (nothing to split, or one ray per hit)",
         );
         say(
             self.samples_lights,
@@ -172,7 +172,7 @@ fn glossy_rays_bound(settings: &Settings) -> Option<f64> {
     }
     let depth = f64::from(settings.max_depth);
     Some(match &settings.glossy_samples {
-        GlossySamples::First(m) => f64::from(*m) * depth,
+        GlossySamples::First(m) | GlossySamples::Any { any: m } => f64::from(*m) * depth,
         GlossySamples::Branch { branch: 1 } => depth,
         GlossySamples::Auto(_) => f64::from(MAX_AUTO_SPLIT) * depth,
         // The sum of m + m^2 + ... + m^D.

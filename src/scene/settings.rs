@@ -32,21 +32,25 @@ pub enum AtMaxDepth {
     Roulette,
 }
 
-/// Into how many rays a glossy hit splits.
+/// Into how many rays a hit splits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     deny_unknown_fields,
-    expecting = "a whole number, a list of them, { branch = whole number } or \"auto\""
+    expecting = "a whole number, a list of them, { any = whole number }, { branch = whole number } or \"auto\""
 )]
 pub enum GlossySamples {
     /// So many at the first glossy hit of a path, one at those after it.
     First(u32),
     /// So many at the first, second, ... glossy hit, one beyond the end of the list.
     PerDepth(Vec<u32>),
-    /// As many at the first hit that is no mirror, glossy or not, as a pilot finds to be worth their time for the picture as a
-    /// whole, one at those after it. The pilot tries 1 and 4 in one pixel of 128, and in 2048 at most; pictures of fewer than
-    /// 8 samples per pixel have none and do not split.
+    /// So many at the first hit of a path that is no mirror, glossy or diffuse, one at those after it.
+    Any {
+        /// Rays of the hit.
+        any: u32,
+    },
+    /// As many at the first hit that is no mirror, glossy or diffuse, as a pilot finds to be worth their time for the picture
+    /// as a whole, one at those after it. The pilot tries 1 and 4 in one pixel of 128, and in 2048 at most.
     Auto(Auto),
     /// So many at every glossy hit: the lecture's exponential tree.
     Branch {
@@ -57,9 +61,6 @@ pub enum GlossySamples {
 
 /// More rays than these at a first hit are never worth it: what is gained is less than the pilot's own error.
 pub const MAX_AUTO_SPLIT: u32 = 8;
-
-/// Samples per pixel from which on a pilot is worth its time.
-pub const LEAST_WITH_PILOT: u32 = 8;
 
 /// Samples that every pixel has before any are shared out.
 pub const EVEN_SAMPLES: u32 = 16;
@@ -77,7 +78,7 @@ impl GlossySamples {
     #[inline]
     pub fn at(&self, glossy_depth: u32) -> u32 {
         match self {
-            Self::First(m) => {
+            Self::First(m) | Self::Any { any: m } => {
                 if glossy_depth == 0 {
                     *m
                 } else {
@@ -88,6 +89,11 @@ impl GlossySamples {
             Self::Auto(_) => 1,
             Self::Branch { branch } => *branch,
         }
+    }
+
+    /// Whether the first hit that is no mirror splits, whatever its lobe, and not the first glossy one.
+    pub fn splits_any(&self) -> bool {
+        matches!(self, Self::Any { .. } | Self::Auto(_))
     }
 }
 

@@ -295,12 +295,14 @@ fn the_plan_asks_for_no_more_than_the_scene_needs() {
     let studio = "[environment]\ntype = \"studio\"\n";
     assert!(plan(&format!("{}{studio}", shape("g"))).environment_table);
     assert!(!plan(&format!("{}{studio}", shape("m"))).environment_table);
-    assert!(glossy.shares_out && !glossy.splits_by_pilot);
+    assert!(glossy.shares_out && glossy.splits_by_pilot);
+    assert!(glossy.lines().iter().any(|line| line.contains("a pilot")));
     for setting in ["spp = 15", "adaptive = false", "sampler = \"regular\"", "preset = \"suffern\""] {
         assert!(!plan(&format!("{}[settings]\n{setting}", shape("g"))).shares_out, "{setting}");
     }
-    let auto = plan(&format!("{}[settings]\nglossy_samples = \"auto\"", shape("g")));
-    assert!(auto.splits_by_pilot && auto.lines().iter().any(|line| line.contains("a pilot")));
+    assert!(!mirror.splits_by_pilot, "a mirror does not split");
+    let any = plan(&format!("{}[settings]\nglossy_samples = {{ any = 3 }}", shape("g")));
+    assert!(any.split == 3 && any.splits_any && !any.splits_by_pilot);
     // The lecture's tree: 9 + 81 + ... + 9^5 glossy rays.
     let tree = plan(&format!("{}[settings]\npreset = \"lecture\"", shape("g")));
     assert_eq!((tree.split, tree.glossy_rays_bound), (9, Some(66_429.0)));

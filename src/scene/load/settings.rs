@@ -20,7 +20,7 @@ pub(super) fn checked(desc: &SettingsDesc, source: &Source) -> Result<Settings, 
         return Err(at.key("clamp_indirect").fail(message));
     }
     let counts = match &settings.glossy_samples {
-        GlossySamples::First(m) => &[*m][..],
+        GlossySamples::First(m) | GlossySamples::Any { any: m } => &[*m][..],
         GlossySamples::PerDepth(list) => list,
         GlossySamples::Auto(_) => &[],
         GlossySamples::Branch { branch } => &[*branch],
