@@ -1,5 +1,6 @@
-//! Surfaces that are diffuse and nothing else, eight side by side: the ordinary case, which takes none of the turns that
-//! `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it there, to the bit.
+//! Surfaces that are alike, eight side by side: diffuse and nothing else, or rough metals, the ordinary case, which takes
+//! none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it
+//! there, to the bit.
 
 use super::bounce::{most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
@@ -10,12 +11,104 @@ use super::path::Path;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
-use crate::bxdf::Diffuse;
-use crate::core::Rgb;
-use crate::core::lanes::{Colours, Floats, LANES};
-use crate::scene::{DirectLight, EightSamples, Receivers, Scene};
+use crate::bxdf::{Bxdf, Conductor, Diffuse, Incidence};
+use crate::core::lanes::{Colours, Floats, LANES, Vectors};
+use crate::core::{Hit, Ray, Rgb};
+use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
 
-/// What has come to up to eight diffuse surfaces.
+/// The lobes of eight surfaces, all of one kind.
+pub(super) enum Lobes<'a> {
+    /// Diffuse ones, by their reflectance.
+    Diffuse(Colours),
+    /// Those of rough metals, and their roughness.
+    Metal([&'a Conductor; LANES], Floats),
+}
+
+/// What eight lobes reflect of light from eight directions.
+struct Values {
+    f_cos: Colours,
+    pdf: Floats,
+}
+
+impl<'a> Lobes<'a> {
+    /// The only lobes of eight surfaces of a kind, if that kind is one of these.
+    #[inline(always)]
+    fn of(kind: usize, lobes: [&'a Bxdf; LANES]) -> Option<Self> {
+        match kind {
+            Order::DIFFUSE => {
+                let mut reflectances = Colours::default();
+                for lane in 0..LANES {
+                    let Bxdf::Diffuse(lobe) = lobes[lane] else { return None };
+                    reflectances.set(lane, lobe.reflectance);
+                }
+                Some(Self::Diffuse(reflectances))
+            }
+            Order::METAL => {
+                let Bxdf::Conductor(first) = lobes[0] else { return None };
+                let (mut metals, mut alpha) = ([first; LANES], Floats::default());
+                for lane in 0..LANES {
+                    let Bxdf::Conductor(lobe) = lobes[lane] else { return None };
+                    (metals[lane], alpha[lane]) = (lobe, lobe.alpha);
+                }
+                Some(Self::Metal(metals, alpha))
+            }
+            _ => None,
+        }
+    }
+
+    /// The values for light along `wi`.
+    #[inline(always)]
+    fn evaluate(&self, points: &Interactions, wi: &Vectors) -> Values {
+        let Interactions { wo, n, ng, .. } = *points;
+        let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
+        match self {
+            Self::Diffuse(reflectance) => {
+                for lane in 0..LANES {
+                    pdf[lane] = Diffuse::density(n.get(lane), ng.get(lane), wi.get(lane));
+                    f_cos.set(lane, reflectance.get(lane) * pdf[lane]);
+                }
+            }
+            Self::Metal(metals, alpha) => {
+                let [mut cos_half, mut colourless] = [Floats::default(); 2];
+                for lane in 0..LANES {
+                    let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+                    let value = Conductor::value(alpha[lane], &at, wi.get(lane));
+                    (cos_half[lane], colourless[lane], pdf[lane]) = (value.cos_half, value.f_cos, value.pdf);
+                }
+                for lane in 0..LANES {
+                    f_cos.set(lane, metals[lane].colour(cos_half[lane]) * colourless[lane]);
+                }
+            }
+        }
+        Values { f_cos, pdf }
+    }
+
+    /// The directions that the numbers `u` draw, and the colour of each one's weight.
+    #[inline(always)]
+    fn draw(&self, points: &Interactions, u: &[Floats; 2]) -> (Directions, Colours) {
+        match self {
+            Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
+            Self::Metal(metals, alpha) => {
+                let directions = Directions::metal(points, alpha, u);
+                let mut colours = Colours::default();
+                for lane in 0..LANES {
+                    colours.set(lane, metals[lane].colour(directions.cos_half[lane]));
+                }
+                (directions, colours)
+            }
+        }
+    }
+
+    /// The class of their rays.
+    fn class(&self) -> RayClass {
+        match self {
+            Self::Diffuse(_) => RayClass::Diffuse,
+            Self::Metal(..) => RayClass::Glossy,
+        }
+    }
+}
+
+/// What has come to up to eight surfaces.
 #[derive(Default)]
 struct Arrived {
     /// How many.
@@ -24,7 +117,6 @@ struct Arrived {
     beta: Colours,
     /// See [`Path::favour`].
     favour: Floats,
-    reflectance: Colours,
     /// Where a ray leaves.
     goes_on: [bool; LANES],
     /// Rays that leave: one or none.
@@ -49,39 +141,48 @@ struct Guides {
 }
 
 /// Rays that leave eight surfaces.
-#[derive(Default)]
 struct Bounced {
+    wi: Vectors,
     /// The weights of what they will find; black where there is no ray.
     beta: Colours,
     favour: Floats,
     pdf: Floats,
 }
 
-impl Integrator<'_> {
-    /// Whether diffuse surfaces may be shaded side by side, as far as the scene's settings can tell.
+impl<'a> Integrator<'a> {
+    /// Whether surfaces may be shaded side by side, as far as the scene's settings can tell.
     pub(super) fn shades_alike(scene: &Scene) -> bool {
         scene.settings.direct_light == DirectLight::Mis && scene.settings.diffuse_bounces
     }
 
-    /// Whether hits on surfaces of a kind are shaded side by side: not where denoisers are told of them, nor where rays may
-    /// have to wait.
+    /// The lobes of eight surfaces of a `kind` that paths have come to, if they can be shaded side by side: not where
+    /// denoisers are told of them, where rays may have to wait, nor where a glossy hit splits or ends a path.
     #[inline(always)]
-    pub(super) fn are_alike(&self, kind: usize, out: &Outgoing) -> bool {
-        kind == Order::DIFFUSE
-            && self.alike
-            && out.trails.is_empty()
-            && out.next.len() + LANES <= self.capacity
+    pub(super) fn alike(
+        &self,
+        kind: usize,
+        seen: [(&Ray, &Hit); LANES],
+        from: [&Path; LANES],
+        out: &Outgoing,
+    ) -> Option<Lobes<'_>> {
+        if !self.alike || !out.trails.is_empty() || out.next.len() + LANES > self.capacity {
+            return None;
+        }
+        let ends_or_splits = |path: &&Path| self.is_last(path) || self.glossy_rays(path) != 1;
+        if kind == Order::METAL && (!self.scene.settings.highlights || from.iter().any(ends_or_splits)) {
+            return None;
+        }
+        let mut lobes = [&self.only_lobes[0]; LANES];
+        for (lobe, (_, hit)) in lobes.iter_mut().zip(seen) {
+            *lobe = &self.only_lobes[hit.geom_id as usize];
+        }
+        Lobes::of(kind, lobes)
     }
 
-    /// What the first `count` of eight surfaces reflect that are [alike](Self::are_alike), by their `reflectance`.
+    /// What the first `count` of eight surfaces with these `lobes` reflect.
     #[inline(always)]
-    pub(super) fn reflect_alike(
-        &self,
-        eight: &Eight,
-        (count, reflectance): (usize, Colours),
-        out: &mut Outgoing,
-    ) {
-        let arrived = self.arrived(eight, (count, reflectance), out);
+    pub(super) fn reflect_alike(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) {
+        let arrived = self.arrived(eight, lobes, count, out);
         let mut lights = EightSamples::default();
         if self.samples_lights != [false; 2] {
             let mut there = [false; LANES];
@@ -94,20 +195,20 @@ impl Integrator<'_> {
                 self.scene.lights.sample_eight(&to, || eight.fine(), &eight.light(), &mut lights);
             }
         }
-        let (directions, guides) = self.directions_alike(eight, &arrived.goes_on, &lights);
-        self.light_alike(eight, &arrived, &guides, &lights, out);
-        self.bounce_alike(eight, &arrived, &guides, &directions, out);
+        let (bounced, guides) = self.bounced(eight, lobes, &arrived, &lights);
+        self.light_alike((eight, lobes), &arrived, &guides, &lights, out);
+        self.bounce_alike((eight, lobes), &arrived, &bounced, out);
     }
 
     /// What has come to the surfaces; what ends there is counted.
     #[inline(always)]
-    fn arrived(&self, eight: &Eight, (count, reflectance): (usize, Colours), out: &mut Outgoing) -> Arrived {
+    fn arrived(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) -> Arrived {
         let settings = &self.scene.settings;
-        let mut arrived = Arrived { count, reflectance, ..Arrived::default() };
+        let mut arrived = Arrived { count, ..Arrived::default() };
         for lane in 0..count {
             let path = eight.from[lane];
             let goes_on = !self.is_last(path);
-            if !goes_on {
+            if let (false, Lobes::Diffuse(reflectance)) = (goes_on, lobes) {
                 out.tally.lose(path.beta * reflectance.get(lane));
             }
             let may_end = path.depth >= self.roulette_from;
@@ -125,64 +226,77 @@ impl Integrator<'_> {
         arrived
     }
 
-    /// The directions of the rays that leave where a path `goes_on`, and what guides have to do with them.
+    /// The rays that leave, and what guides have to do with them and with samples of `lights`.
     #[inline(always)]
-    fn directions_alike(
+    fn bounced(
         &self,
         eight: &Eight,
-        goes_on: &[bool; LANES],
+        lobes: &Lobes,
+        arrived: &Arrived,
         lights: &EightSamples,
-    ) -> (Directions, Guides) {
-        let (points, [x, y]) = (eight.points, &eight.lobe);
-        let Some(caustics) = self.caustics else {
-            return (Directions::diffuse(points, &eight.lobe), Guides::default());
-        };
-        let mut guides = Guides::default();
-        let mut cells = [None; LANES];
-        for lane in 0..LANES {
-            if let (Some(number), true) = (eight.guides[lane], goes_on[lane]) {
-                let cell = caustics.cell(number);
-                (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
+    ) -> (Bounced, Guides) {
+        let (mut guides, mut cells) = (Guides::default(), [None; LANES]);
+        if let Some(caustics) = self.caustics {
+            for lane in 0..LANES {
+                if let (Some(number), true) = (eight.guides[lane], arrived.goes_on[lane]) {
+                    let cell = caustics.cell(number);
+                    (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
+                }
             }
         }
+        let [x, y] = &eight.lobe;
         let mut of_lobe = Floats::default();
         for lane in 0..LANES {
             of_lobe[lane] = unguided(guides.share[lane], x[lane]);
         }
-        let mut directions = Directions::diffuse(points, &[of_lobe, *y]);
+        let (directions, colours) = lobes.draw(eight.points, &[of_lobe, *y]);
+        let mut bounced = Bounced {
+            wi: directions.wi,
+            beta: Colours::default(),
+            favour: arrived.favour,
+            pdf: directions.pdf,
+        };
         for lane in 0..LANES {
-            let Some(cell) = cells[lane] else { continue };
-            let (p, mixture) = (points.p.get(lane), &cell.mixture);
-            if x[lane] < cell.share {
-                let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
-                directions.wi.set(lane, wi);
-            }
-            [guides.towards_light[lane], guides.along_ray[lane]] =
-                mixture.pdfs(p, [lights.wi.get(lane), directions.wi.get(lane)]);
+            let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
+            bounced.beta.set(lane, arrived.beta.get(lane) * (colours.get(lane) * weight));
         }
-        (directions, guides)
+        if let (Lobes::Diffuse(reflectance), Some(_)) = (lobes, self.caustics) {
+            for lane in 0..LANES {
+                let Some(cell) = cells[lane] else { continue };
+                let (p, mixture) = (eight.points.p.get(lane), &cell.mixture);
+                if x[lane] < cell.share {
+                    let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
+                    bounced.wi.set(lane, wi);
+                }
+                [guides.towards_light[lane], guides.along_ray[lane]] =
+                    mixture.pdfs(p, [lights.wi.get(lane), bounced.wi.get(lane)]);
+            }
+            guides.weigh(reflectance, eight.points, arrived, &mut bounced);
+        }
+        bounced.end_by_chance(arrived);
+        (bounced, guides)
     }
 
     /// What is reflected of samples of lights.
     #[inline(always)]
     fn light_alike(
         &self,
-        eight: &Eight,
+        (eight, lobes): (&Eight, &Lobes),
         arrived: &Arrived,
         guides: &Guides,
         lights: &EightSamples,
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
+        let values = lobes.evaluate(points, &lights.wi);
         let [r, g, b] = &lights.le_over_pdf;
         let mut reflected = Colours::default();
         for lane in 0..LANES {
-            let alone = Diffuse::density(points.n.get(lane), points.ng.get(lane), lights.wi.get(lane));
-            let pdf = mix(guides.share[lane], guides.towards_light[lane], alone);
-            let f_cos = arrived.reflectance.get(lane) * alone;
+            let pdf = mix(guides.share[lane], guides.towards_light[lane], values.pdf[lane]);
             let weight = power_heuristic(lights.pdf[lane], pdf * arrived.rate[lane]);
             let le_over_pdf = Rgb::new(r[lane], g[lane], b[lane]);
-            reflected.set(lane, arrived.beta.get(lane) * (f_cos * weight) * le_over_pdf);
+            let seen = arrived.beta.get(lane) * (values.f_cos.get(lane) * weight);
+            reflected.set(lane, seen * le_over_pdf);
         }
         if self.scene.settings.clamp_indirect.is_some() {
             for lane in 0..LANES {
@@ -205,19 +319,18 @@ impl Integrator<'_> {
         }
     }
 
-    /// The rays that leave.
+    /// Sends the rays that leave.
     #[inline(always)]
     fn bounce_alike(
         &self,
-        eight: &Eight,
+        (eight, lobes): (&Eight, &Lobes),
         arrived: &Arrived,
-        guides: &Guides,
-        directions: &Directions,
+        bounced: &Bounced,
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let bounced = self.bounced(eight, arrived, guides, directions);
-        let origins = points.starts(&directions.wi, self_hit);
+        let class = lobes.class();
+        let origins = points.starts(&bounced.wi, self_hit);
         for lane in 0..arrived.count {
             let (path, beta) = (eight.from[lane], bounced.beta.get(lane));
             if !arrived.goes_on[lane] || beta.is_black() {
@@ -227,6 +340,7 @@ impl Integrator<'_> {
                 beta,
                 favour: bounced.favour[lane],
                 depth: path.depth + 1,
+                glossy_depth: path.glossy_depth + u32::from(class == RayClass::Glossy),
                 rate: bounced.pdf[lane],
                 receiver_n: points.n.get(lane),
                 lobes_look: true,
@@ -234,42 +348,46 @@ impl Integrator<'_> {
                 followed: false,
                 ..*path
             };
-            let ray = points.ray(lane, origins.get(lane), directions.wi.get(lane), self_hit);
-            out.next.push(RayClass::Diffuse, child, ray);
+            let ray = points.ray(lane, origins.get(lane), bounced.wi.get(lane), self_hit);
+            out.next.push(class, child, ray);
         }
     }
+}
 
-    /// What the rays that leave weigh, and which of them survive.
+impl Guides {
+    /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
     #[inline(always)]
-    fn bounced(&self, eight: &Eight, arrived: &Arrived, guides: &Guides, directions: &Directions) -> Bounced {
-        let points = eight.points;
-        let mut bounced = Bounced { favour: arrived.favour, pdf: directions.pdf, ..Bounced::default() };
+    fn weigh(&self, reflectance: &Colours, points: &Interactions, arrived: &Arrived, bounced: &mut Bounced) {
+        let Interactions { n, ng, .. } = *points;
+        let (mut betas, mut favours, mut pdfs) = (bounced.beta, bounced.favour, bounced.pdf);
         for lane in 0..LANES {
-            let weight = arrived.reflectance.get(lane) * directions.weight[lane];
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight);
+            let alone = Diffuse::density(n.get(lane), ng.get(lane), bounced.wi.get(lane));
+            let pdf = mix(self.share[lane], self.along_ray[lane], alone);
+            let guided = self.share[lane] > 0.0;
+            // Where nothing is reflected, the density may be zero too.
+            let weight = reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
+            let (beta, favour) = (arrived.beta.get(lane) * weight, arrived.favour[lane] * (pdf / alone));
+            betas.set(lane, if guided { beta } else { betas.get(lane) });
+            favours[lane] = if guided { favour } else { favours[lane] };
+            pdfs[lane] = if guided { pdf } else { pdfs[lane] };
         }
-        if self.caustics.is_some() {
-            for lane in 0..LANES {
-                let (n, ng) = (points.n.get(lane), points.ng.get(lane));
-                let alone = Diffuse::density(n, ng, directions.wi.get(lane));
-                let pdf = mix(guides.share[lane], guides.along_ray[lane], alone);
-                let guided = guides.share[lane] > 0.0;
-                // Where nothing is reflected, the density may be zero too.
-                let weight = arrived.reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
-                let (beta, favour) = (arrived.beta.get(lane) * weight, arrived.favour[lane] * (pdf / alone));
-                bounced.beta.set(lane, if guided { beta } else { bounced.beta.get(lane) });
-                bounced.favour[lane] = if guided { favour } else { bounced.favour[lane] };
-                bounced.pdf[lane] = if guided { pdf } else { bounced.pdf[lane] };
-            }
-        }
+        (bounced.beta, bounced.favour, bounced.pdf) = (betas, favours, pdfs);
+    }
+}
+
+impl Bounced {
+    /// Ends rays by chance, where they may end; the others stand for them.
+    #[inline(always)]
+    fn end_by_chance(&mut self, arrived: &Arrived) {
+        let mut betas = self.beta;
         for lane in 0..LANES {
-            let (beta, number) = (bounced.beta.get(lane), arrived.survival[lane]);
-            let share = share_of_survivors(beta, bounced.favour[lane], arrived.most[lane]);
+            let (beta, number) = (betas.get(lane), arrived.survival[lane]);
+            let share = share_of_survivors(beta, self.favour[lane], arrived.most[lane]);
             let ends = number >= share;
             let scale = if number < 0.0 { 1.0 } else { share.recip() };
-            bounced.beta.set(lane, if ends { Rgb::BLACK } else { beta * scale });
+            betas.set(lane, if ends { Rgb::BLACK } else { beta * scale });
         }
-        bounced
+        self.beta = betas;
     }
 }
 

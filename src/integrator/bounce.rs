@@ -181,10 +181,7 @@ impl Integrator<'_> {
                 lobes += 1;
                 leaving.trace(lobe, 1, 1.0);
                 if bxdf.kind() == LobeKind::Glossy {
-                    split = match path.glossy_depth {
-                        0 => path.split,
-                        deeper => self.scene.settings.glossy_samples.at(deeper),
-                    };
+                    split = self.glossy_rays(path);
                     leaving.trace(lobe, split, split as f32);
                 }
             } else if bxdf.kind() == LobeKind::Diffuse
@@ -203,6 +200,15 @@ impl Integrator<'_> {
                 .iter()
                 .zip(leaving.rate)
                 .all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
+    }
+
+    /// Rays that leave a glossy hit of `path`.
+    #[inline(always)]
+    pub(super) fn glossy_rays(&self, path: &Path) -> u32 {
+        match path.glossy_depth {
+            0 => path.split,
+            deeper => self.scene.settings.glossy_samples.at(deeper),
+        }
     }
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
