@@ -46,8 +46,9 @@ impl Conductor {
         Ggx { alpha: self.alpha }
     }
 
+    /// The colour of a reflection at the cosine of incidence `cos`.
     #[inline(always)]
-    pub(super) fn colour(&self, cos: f32) -> Rgb {
+    pub fn colour(&self, cos: f32) -> Rgb {
         match self.ior {
             Some(ior) => self.reflectance * ior.reflectance(cos),
             None => self.reflectance,
@@ -56,19 +57,30 @@ impl Conductor {
 
     #[inline]
     pub(super) fn kind(&self) -> LobeKind {
-        if self.ggx().is_smooth() { LobeKind::Delta } else { LobeKind::Glossy }
+        if self.is_rough() { LobeKind::Glossy } else { LobeKind::Delta }
     }
 
-    /// `None` for a smooth surface and below the horizon.
+    /// Whether it is no smooth mirror.
+    #[inline]
+    pub fn is_rough(&self) -> bool {
+        !self.ggx().is_smooth()
+    }
+
+    /// The value of a rough surface, the same for any metal; zero below the horizon.
     #[inline(always)]
-    fn value(&self, at: &Incidence, wi: Vec3) -> Option<GgxValue> {
-        (!self.ggx().is_smooth() && at.is_above(wi)).then(|| self.ggx().evaluate(at.n, at.wo, wi))
+    pub fn value(alpha: f32, at: &Incidence, wi: Vec3) -> GgxValue {
+        let GgxValue { cos_half, f_cos, pdf } = Ggx { alpha }.evaluate(at.n, at.wo, wi);
+        let above = at.is_above(wi);
+        GgxValue { cos_half, f_cos: if above { f_cos } else { 0.0 }, pdf: if above { pdf } else { 0.0 } }
     }
 
     #[inline(always)]
     pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        self.value(at, wi)
-            .map_or((Rgb::BLACK, 0.0), |value| (self.colour(value.cos_half) * value.f_cos, value.pdf))
+        if self.ggx().is_smooth() || !at.is_above(wi) {
+            return (Rgb::BLACK, 0.0);
+        }
+        let GgxValue { cos_half, f_cos, pdf } = Self::value(self.alpha, at, wi);
+        (self.colour(cos_half) * f_cos, pdf)
     }
 
     #[inline(always)]

@@ -46,9 +46,9 @@ impl Incidence {
     }
 
     /// Whether `wi` is above the planes of both normals.
-    #[inline]
+    #[inline(always)]
     fn is_above(&self, wi: Vec3) -> bool {
-        self.n.dot(wi) > 0.0 && self.ng.dot(wi) > 0.0
+        (self.n.dot(wi) > 0.0) & (self.ng.dot(wi) > 0.0)
     }
 }
 

@@ -1,8 +1,8 @@
-//! Surfaces that are diffuse and nothing else, eight side by side: the ordinary case, which takes none of the turns that
-//! `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it there, to the bit.
+//! Surfaces that are alike, eight side by side: diffuse and nothing else, or rough metals, the ordinary case, which takes
+//! none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it
+//! there, to the bit.
 
-use super::bounce::Dimension;
-use super::bounce::{most_survivors, share_of_survivors};
+use super::bounce::{Dimension, most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
 use super::eight::{Directions, Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
@@ -11,10 +11,101 @@ use super::path::Path;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
-use crate::bxdf::{Diffuse, LobeKind};
-use crate::core::Rgb;
-use crate::core::lanes::{Colours, Floats, LANES};
-use crate::scene::{DirectLight, EightSamples, Receivers, Scene};
+use crate::bxdf::{Bxdf, Conductor, Diffuse, Incidence, LobeKind};
+use crate::core::lanes::{Colours, Floats, LANES, Vectors};
+use crate::core::{Hit, Ray, Rgb};
+use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
+
+/// The lobes of eight surfaces, all of one kind.
+pub(super) enum Lobes<'a> {
+    /// Diffuse ones, by their reflectance.
+    Diffuse(Colours),
+    /// Those of rough metals, and their roughness.
+    Metal([&'a Conductor; LANES], Floats),
+}
+
+/// What eight lobes reflect of light from eight directions.
+struct Values {
+    f_cos: Colours,
+    pdf: Floats,
+}
+
+impl<'a> Lobes<'a> {
+    /// The only lobes of eight surfaces of a kind, if that kind is one of these.
+    #[inline(always)]
+    fn of(kind: usize, lobes: [&'a Bxdf; LANES]) -> Option<Self> {
+        match kind {
+            Order::DIFFUSE => {
+                let mut reflectances = Colours::default();
+                for lane in 0..LANES {
+                    let Bxdf::Diffuse(lobe) = lobes[lane] else { return None };
+                    reflectances.set(lane, lobe.reflectance);
+                }
+                Some(Self::Diffuse(reflectances))
+            }
+            Order::METAL => {
+                let Bxdf::Conductor(first) = lobes[0] else { return None };
+                let (mut metals, mut alpha) = ([first; LANES], Floats::default());
+                for lane in 0..LANES {
+                    let Bxdf::Conductor(lobe) = lobes[lane] else { return None };
+                    (metals[lane], alpha[lane]) = (lobe, lobe.alpha);
+                }
+                Some(Self::Metal(metals, alpha))
+            }
+            _ => None,
+        }
+    }
+
+    /// The values for light along `wi`.
+    #[inline(always)]
+    fn evaluate(&self, points: &Interactions, wi: &Vectors) -> Values {
+        let Interactions { wo, n, ng, .. } = *points;
+        let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
+        match self {
+            Self::Diffuse(reflectance) => {
+                for lane in 0..LANES {
+                    pdf[lane] = Diffuse::density(n.get(lane), ng.get(lane), wi.get(lane));
+                    f_cos.set(lane, reflectance.get(lane) * pdf[lane]);
+                }
+            }
+            Self::Metal(metals, alpha) => {
+                let [mut cos_half, mut colourless] = [Floats::default(); 2];
+                for lane in 0..LANES {
+                    let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+                    let value = Conductor::value(alpha[lane], &at, wi.get(lane));
+                    (cos_half[lane], colourless[lane], pdf[lane]) = (value.cos_half, value.f_cos, value.pdf);
+                }
+                for lane in 0..LANES {
+                    f_cos.set(lane, metals[lane].colour(cos_half[lane]) * colourless[lane]);
+                }
+            }
+        }
+        Values { f_cos, pdf }
+    }
+
+    /// The directions that the numbers `u` draw, and the colour of each one's weight.
+    #[inline(always)]
+    fn draw(&self, points: &Interactions, u: &Pairs) -> (Directions, Colours) {
+        match self {
+            Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
+            Self::Metal(metals, alpha) => {
+                let directions = Directions::metal(points, alpha, u);
+                let mut colours = Colours::default();
+                for lane in 0..LANES {
+                    colours.set(lane, metals[lane].colour(directions.cos_half[lane]));
+                }
+                (directions, colours)
+            }
+        }
+    }
+
+    fn kind(&self) -> LobeKind {
+        match self {
+            Self::Diffuse(_) => LobeKind::Diffuse,
+            Self::Metal(..) => LobeKind::Glossy,
+        }
+    }
+}
 
 /// The numbers of one ray of each of eight surfaces.
 struct Numbers {
@@ -25,7 +116,7 @@ struct Numbers {
     survival: Floats,
 }
 
-/// What has come to up to eight diffuse surfaces.
+/// What has come to up to eight surfaces.
 #[derive(Default)]
 struct Arrived {
     /// How many.
@@ -36,7 +127,6 @@ struct Arrived {
     beta: Colours,
     /// See [`Path::favour`].
     favour: Floats,
-    reflectance: Colours,
     /// Where a ray leaves.
     goes_on: [bool; LANES],
     /// Rays that leave.
@@ -59,41 +149,51 @@ struct Guides {
 }
 
 /// Rays that leave eight surfaces.
-#[derive(Default)]
 struct Bounced {
+    wi: Vectors,
     /// The weights of what they will find; black where there is no ray.
     beta: Colours,
     favour: Floats,
     pdf: Floats,
 }
 
-impl Integrator<'_> {
-    /// Whether diffuse surfaces may be shaded side by side, as far as the scene's settings can tell.
+impl<'a> Integrator<'a> {
+    /// Whether surfaces may be shaded side by side, as far as the scene's settings can tell.
     pub(super) fn shades_alike(scene: &Scene) -> bool {
         scene.settings.direct_light == DirectLight::Mis && scene.settings.diffuse_bounces
     }
 
-    /// Whether hits of paths on surfaces of a kind are shaded side by side: not where denoisers are told of them, nor where
-    /// rays may have to wait. All must split into as many rays.
+    /// The lobes of eight surfaces of a `kind` that paths have come to, if they can be shaded side by side: not where
+    /// denoisers are told of them, where rays may have to wait, nor where a glossy hit ends a path. All must split into as many
+    /// rays.
     #[inline(always)]
-    pub(super) fn are_alike(&self, kind: usize, from: &[&Path; LANES], out: &Outgoing) -> bool {
-        let rays = self.rays_of(from[0], LobeKind::Diffuse);
-        kind == Order::DIFFUSE
-            && self.alike
-            && out.trails.is_empty()
-            && from.iter().all(|path| self.rays_of(path, LobeKind::Diffuse) == rays)
-            && out.next.len() + LANES * rays as usize <= self.capacity
+    pub(super) fn alike(
+        &self,
+        kind: usize,
+        seen: [(&Ray, &Hit); LANES],
+        from: [&Path; LANES],
+        out: &Outgoing,
+    ) -> Option<Lobes<'_>> {
+        if !self.alike || !out.trails.is_empty() {
+            return None;
+        }
+        let mut lobes = [&self.only_lobes[0]; LANES];
+        for (lobe, (_, hit)) in lobes.iter_mut().zip(seen) {
+            *lobe = &self.only_lobes[hit.geom_id as usize];
+        }
+        let lobes = Lobes::of(kind, lobes)?;
+        let rays = self.rays_of(from[0], lobes.kind());
+        let finds_room = out.next.len() + LANES * rays as usize <= self.capacity;
+        let splits_so = from.iter().all(|path| self.rays_of(path, lobes.kind()) == rays);
+        let may_end = lobes.kind() == LobeKind::Diffuse
+            || self.scene.settings.highlights && !from.iter().any(|path| self.is_last(path));
+        (finds_room && splits_so && may_end).then_some(lobes)
     }
 
-    /// What the first `count` of eight surfaces reflect that are [alike](Self::are_alike), by their `reflectance`.
+    /// What the first `count` of eight surfaces with these `lobes` reflect.
     #[inline(always)]
-    pub(super) fn reflect_alike(
-        &self,
-        eight: &Eight,
-        (count, reflectance): (usize, Colours),
-        out: &mut Outgoing,
-    ) {
-        let arrived = self.arrived(eight, (count, reflectance), out);
+    pub(super) fn reflect_alike(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) {
+        let arrived = self.arrived(eight, lobes, count, out);
         let mut lights = EightSamples::default();
         if self.samples_lights != [false; 2] {
             let mut there = [false; LANES];
@@ -108,24 +208,24 @@ impl Integrator<'_> {
         }
         for number in 0..arrived.rays {
             let numbers = self.numbers_alike(eight, (number, arrived.rays));
-            let (directions, guides) = self.directions_alike(eight, &numbers, &arrived.goes_on, &lights);
+            let (bounced, guides) = self.bounced((eight, lobes), &arrived, &numbers, &lights);
             if number == 0 {
-                self.light_alike(eight, &arrived, &guides, &lights, out);
+                self.light_alike((eight, lobes), &arrived, &guides, &lights, out);
             }
-            self.bounce_alike(eight, &arrived, &guides, (&numbers, &directions), out);
+            self.bounce_alike((eight, lobes), &arrived, (&numbers, &bounced), out);
         }
     }
 
     /// What has come to the surfaces; what ends there is counted.
     #[inline(always)]
-    fn arrived(&self, eight: &Eight, (count, reflectance): (usize, Colours), out: &mut Outgoing) -> Arrived {
+    fn arrived(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) -> Arrived {
         let settings = &self.scene.settings;
-        let rays = self.rays_of(eight.from[0], LobeKind::Diffuse);
-        let mut arrived = Arrived { count, rays, reflectance, ..Arrived::default() };
+        let rays = self.rays_of(eight.from[0], lobes.kind());
+        let mut arrived = Arrived { count, rays, ..Arrived::default() };
         for lane in 0..count {
             let path = eight.from[lane];
             let goes_on = !self.is_last(path);
-            if !goes_on {
+            if let (false, Lobes::Diffuse(reflectance)) = (goes_on, lobes) {
                 out.tally.lose(path.beta * reflectance.get(lane));
             }
             arrived.beta.set(lane, path.beta);
@@ -163,65 +263,78 @@ impl Integrator<'_> {
         numbers
     }
 
-    /// The directions of the rays that leave where a path `goes_on`, and what guides have to do with them.
+    /// The rays that leave by these `numbers`, and what guides have to do with them and with samples of `lights`.
     #[inline(always)]
-    fn directions_alike(
+    fn bounced(
         &self,
-        eight: &Eight,
+        (eight, lobes): (&Eight, &Lobes),
+        arrived: &Arrived,
         numbers: &Numbers,
-        goes_on: &[bool; LANES],
         lights: &EightSamples,
-    ) -> (Directions, Guides) {
-        let (points, [x, y]) = (eight.points, &numbers.lobe);
-        let Some(caustics) = self.caustics else {
-            return (Directions::diffuse(points, &numbers.lobe), Guides::default());
-        };
-        let mut guides = Guides::default();
-        let mut cells = [None; LANES];
-        for lane in 0..LANES {
-            if let (Some(number), true) = (eight.guides[lane], goes_on[lane]) {
-                let cell = caustics.cell(number);
-                (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
+    ) -> (Bounced, Guides) {
+        let (mut guides, mut cells) = (Guides::default(), [None; LANES]);
+        if let Some(caustics) = self.caustics {
+            for lane in 0..LANES {
+                if let (Some(number), true) = (eight.guides[lane], arrived.goes_on[lane]) {
+                    let cell = caustics.cell(number);
+                    (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
+                }
             }
         }
+        let [x, y] = &numbers.lobe;
         let mut of_lobe = Floats::default();
         for lane in 0..LANES {
             of_lobe[lane] = unguided(guides.share[lane], x[lane]);
         }
-        let mut directions = Directions::diffuse(points, &[of_lobe, *y]);
+        let (directions, colours) = lobes.draw(eight.points, &[of_lobe, *y]);
+        let mut bounced = Bounced {
+            wi: directions.wi,
+            beta: Colours::default(),
+            favour: arrived.favour,
+            pdf: directions.pdf,
+        };
         for lane in 0..LANES {
-            let Some(cell) = cells[lane] else { continue };
-            let (p, mixture) = (points.p.get(lane), &cell.mixture);
-            if x[lane] < cell.share {
-                let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
-                directions.wi.set(lane, wi);
-            }
-            [guides.towards_light[lane], guides.along_ray[lane]] =
-                mixture.pdfs(p, [lights.wi.get(lane), directions.wi.get(lane)]);
+            let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
+            let weight = colours.get(lane) * weight;
+            bounced.beta.set(lane, arrived.beta.get(lane) * weight * arrived.rate[lane].recip());
         }
-        (directions, guides)
+        if let (Lobes::Diffuse(reflectance), Some(_)) = (lobes, self.caustics) {
+            for lane in 0..LANES {
+                let Some(cell) = cells[lane] else { continue };
+                let (p, mixture) = (eight.points.p.get(lane), &cell.mixture);
+                if x[lane] < cell.share {
+                    let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
+                    bounced.wi.set(lane, wi);
+                }
+                [guides.towards_light[lane], guides.along_ray[lane]] =
+                    mixture.pdfs(p, [lights.wi.get(lane), bounced.wi.get(lane)]);
+            }
+            guides.weigh(reflectance, eight.points, arrived, &mut bounced);
+        }
+        bounced.end_by_chance(arrived, &numbers.survival);
+        (bounced, guides)
     }
 
     /// What is reflected of samples of lights.
     #[inline(always)]
     fn light_alike(
         &self,
-        eight: &Eight,
+        (eight, lobes): (&Eight, &Lobes),
         arrived: &Arrived,
         guides: &Guides,
         lights: &EightSamples,
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
+        let values = lobes.evaluate(points, &lights.wi);
         let [r, g, b] = &lights.le_over_pdf;
         let mut reflected = Colours::default();
         for lane in 0..LANES {
-            let alone = Diffuse::density(points.n.get(lane), points.ng.get(lane), lights.wi.get(lane));
-            let pdf = mix(guides.share[lane], guides.towards_light[lane], alone);
-            let f_cos = arrived.reflectance.get(lane) * alone;
+            let pdf = mix(guides.share[lane], guides.towards_light[lane], values.pdf[lane]);
             let weight = power_heuristic(lights.pdf[lane], pdf * arrived.rate[lane]);
             let le_over_pdf = Rgb::new(r[lane], g[lane], b[lane]);
-            reflected.set(lane, arrived.beta.get(lane) * (f_cos * weight) * le_over_pdf);
+            let seen = arrived.beta.get(lane) * (values.f_cos.get(lane) * weight);
+            reflected.set(lane, seen * le_over_pdf);
         }
         if self.scene.settings.clamp_indirect.is_some() {
             for lane in 0..LANES {
@@ -244,19 +357,21 @@ impl Integrator<'_> {
         }
     }
 
-    /// The rays that leave.
+    /// Sends the rays that leave.
     #[inline(always)]
     fn bounce_alike(
         &self,
-        eight: &Eight,
+        (eight, lobes): (&Eight, &Lobes),
         arrived: &Arrived,
-        guides: &Guides,
-        (numbers, directions): (&Numbers, &Directions),
+        (numbers, bounced): (&Numbers, &Bounced),
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let bounced = self.bounced(eight, arrived, guides, (numbers, directions));
-        let origins = points.starts(&directions.wi, self_hit);
+        let (class, glossy) = match lobes.kind() {
+            LobeKind::Diffuse => (RayClass::Diffuse, 0),
+            _ => (RayClass::Glossy, 1),
+        };
+        let origins = points.starts(&bounced.wi, self_hit);
         for lane in 0..arrived.count {
             let (path, beta) = (eight.from[lane], bounced.beta.get(lane));
             if !arrived.goes_on[lane] || beta.is_black() {
@@ -267,6 +382,7 @@ impl Integrator<'_> {
                 favour: bounced.favour[lane],
                 index: numbers.index[lane],
                 depth: path.depth + 1,
+                glossy_depth: path.glossy_depth + glossy,
                 split: if self.splits_any { 1 } else { path.split },
                 rate: bounced.pdf[lane] * arrived.rate[lane],
                 receiver_n: points.n.get(lane),
@@ -275,49 +391,47 @@ impl Integrator<'_> {
                 followed: false,
                 ..*path
             };
-            let ray = points.ray(lane, origins.get(lane), directions.wi.get(lane), self_hit);
-            out.next.push(RayClass::Diffuse, child, ray);
+            let ray = points.ray(lane, origins.get(lane), bounced.wi.get(lane), self_hit);
+            out.next.push(class, child, ray);
         }
     }
+}
 
-    /// What the rays that leave weigh, and which of them survive.
+impl Guides {
+    /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
     #[inline(always)]
-    fn bounced(
-        &self,
-        eight: &Eight,
-        arrived: &Arrived,
-        guides: &Guides,
-        (numbers, directions): (&Numbers, &Directions),
-    ) -> Bounced {
-        let points = eight.points;
-        let mut bounced = Bounced { favour: arrived.favour, pdf: directions.pdf, ..Bounced::default() };
+    fn weigh(&self, reflectance: &Colours, points: &Interactions, arrived: &Arrived, bounced: &mut Bounced) {
+        let Interactions { n, ng, .. } = *points;
+        let (mut betas, mut favours, mut pdfs) = (bounced.beta, bounced.favour, bounced.pdf);
         for lane in 0..LANES {
-            let weight = arrived.reflectance.get(lane) * directions.weight[lane];
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight * arrived.rate[lane].recip());
+            let alone = Diffuse::density(n.get(lane), ng.get(lane), bounced.wi.get(lane));
+            let pdf = mix(self.share[lane], self.along_ray[lane], alone);
+            let guided = self.share[lane] > 0.0;
+            // Where nothing is reflected, the density may be zero too.
+            let weight = reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
+            let beta = arrived.beta.get(lane) * weight * arrived.rate[lane].recip();
+            let favour = arrived.favour[lane] * (pdf / alone);
+            betas.set(lane, if guided { beta } else { betas.get(lane) });
+            favours[lane] = if guided { favour } else { favours[lane] };
+            pdfs[lane] = if guided { pdf } else { pdfs[lane] };
         }
-        if self.caustics.is_some() {
-            for lane in 0..LANES {
-                let (n, ng) = (points.n.get(lane), points.ng.get(lane));
-                let alone = Diffuse::density(n, ng, directions.wi.get(lane));
-                let pdf = mix(guides.share[lane], guides.along_ray[lane], alone);
-                let guided = guides.share[lane] > 0.0;
-                // Where nothing is reflected, the density may be zero too.
-                let weight = arrived.reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
-                let beta = arrived.beta.get(lane) * weight * arrived.rate[lane].recip();
-                let favour = arrived.favour[lane] * (pdf / alone);
-                bounced.beta.set(lane, if guided { beta } else { bounced.beta.get(lane) });
-                bounced.favour[lane] = if guided { favour } else { bounced.favour[lane] };
-                bounced.pdf[lane] = if guided { pdf } else { bounced.pdf[lane] };
-            }
-        }
+        (bounced.beta, bounced.favour, bounced.pdf) = (betas, favours, pdfs);
+    }
+}
+
+impl Bounced {
+    /// Ends rays by chance, where they may end; the others stand for them.
+    #[inline(always)]
+    fn end_by_chance(&mut self, arrived: &Arrived, survival: &Floats) {
+        let mut betas = self.beta;
         for lane in 0..LANES {
-            let (beta, number) = (bounced.beta.get(lane), numbers.survival[lane]);
-            let share = share_of_survivors(beta, bounced.favour[lane], arrived.most[lane]);
+            let (beta, number) = (betas.get(lane), survival[lane]);
+            let share = share_of_survivors(beta, self.favour[lane], arrived.most[lane]);
             let ends = number >= share;
             let scale = if number < 0.0 { 1.0 } else { share.recip() };
-            bounced.beta.set(lane, if ends { Rgb::BLACK } else { beta * scale });
+            betas.set(lane, if ends { Rgb::BLACK } else { beta * scale });
         }
-        bounced
+        self.beta = betas;
     }
 }
 

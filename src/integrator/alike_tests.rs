@@ -9,8 +9,8 @@ use crate::scene::load::{Format, load_str};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and an open side: walls and a ball that are diffuse, a glowing one, and a mirror that throws the lamp's
-/// light on walls.
+/// A room with a lamp and an open side: walls and a ball that are diffuse, one that glows, a ball of rough gold, and a silver
+/// wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
     eye = [0, 0, 0.9]
@@ -32,6 +32,10 @@ const ROOM: &str = r#"
     [materials.silver]
     type = "conductor"
     alpha = 0.02
+    [materials.gold]
+    type = "conductor"
+    metal = "gold"
+    alpha = 0.3
     [[shapes]]
     type = "rect"
     corner = [-1, -1, 1]
@@ -61,6 +65,11 @@ const ROOM: &str = r#"
     center = [0.4, -0.6, -0.4]
     radius = 0.3
     material = "grey"
+    [[shapes]]
+    type = "sphere"
+    center = [-0.3, -0.7, -0.5]
+    radius = 0.3
+    material = "gold"
     [[lights]]
     type = "sphere"
     center = [0.2, 0.7, -0.2]
@@ -100,6 +109,7 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 3\nat_max_depth = \"black\"",
         "max_depth = 3\nat_max_depth = \"background\"\nself_hit = \"offset\"\nclamp_indirect = 0.2",
         "max_depth = 2\nat_max_depth = \"roulette\"\nself_hit = \"geometry\"",
+        "max_depth = 4\nglossy_samples = 2",
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {
         let scene = room(settings);

@@ -2,6 +2,7 @@
 
 use super::bounce::{Dimension, Leaving};
 use super::guided;
+use super::order::Order;
 use super::path::Path;
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, Incidence, LobeKind, Policy};
@@ -19,7 +20,7 @@ pub(super) struct Eight<'a> {
     /// The paths that have come to them.
     pub from: [&'a Path; LANES],
     samplers: [Sampler; LANES],
-    /// The direction of the first lobe's ray, where it is one.
+    /// The direction of the first lobe's ray, where it is one; zeros where no ray leaves.
     pub lobe: Pairs,
     /// The numbers of the guides of diffuse rays, where caustics are.
     pub guides: [Option<u32>; LANES],
@@ -159,24 +160,37 @@ impl Likely {
 }
 
 impl Integrator<'_> {
-    /// What is needed at eight points, to which the paths `from` have come.
+    /// What is needed at eight points of surfaces of a kind, to which the paths `from` have come.
     #[inline(always)]
     pub(super) fn draw_eight<'a>(
         &self,
         points: &'a Interactions,
         from: [&'a Path; LANES],
         samplers: [Sampler; LANES],
+        kind: usize,
     ) -> Eight<'a> {
+        let lasts = from.iter().filter(|path| self.is_last(path)).count();
+        let goes_on = lasts < LANES && kind != Order::BLACK;
         let mut guides = [None; LANES];
-        if let Some(caustics) = self.caustics {
+        if let Some(caustics) = self.caustics
+            && goes_on
+            && Order::may_be_diffuse(kind)
+        {
             guides = caustics.find(&points.p, &points.n);
         }
 
-        let may_end = from.iter().any(|path| path.depth >= self.roulette_from);
-        let needs = self.likely.lights[usize::from(from.iter().any(|path| self.is_last(path)))];
-        let lobe = draw(Dimension::Lobe(0), from, &samplers);
+        let may_end = goes_on && from.iter().any(|path| path.depth >= self.roulette_from);
+        let needs = if Order::takes_light(kind) {
+            self.likely.lights[usize::from(lasts > 0)]
+        } else {
+            Needs::default()
+        };
+        let mut lobe = Pairs::default();
+        if goes_on || self.scene.settings.direct_light == DirectLight::Lobe {
+            lobe = draw(Dimension::Lobe(0), from, &samplers);
+        }
         let [mut choice, mut light, mut survival] = [None; 3];
-        if self.likely.choice || needs.fine {
+        if self.likely.choice && kind == Order::OTHER || needs.fine {
             choice = Some(draw(Dimension::Choice, from, &samplers));
         }
         if needs.direction {
@@ -233,12 +247,7 @@ impl Integrator<'_> {
             directions = Directions::diffuse(eight.points, &[x, y]);
         }
         if metal.contains(&true) {
-            let mut metals = Directions::default();
-            for lane in 0..LANES {
-                let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
-                metals.set(lane, Conductor::draw(alpha[lane], &at, [x[lane], y[lane]]));
-            }
-            directions.take(&metals, &metal);
+            directions.take(&Directions::metal(eight.points, &alpha, &[x, y]), &metal);
         }
         if power.contains(&true) {
             let mut powers = Directions::default();
@@ -262,7 +271,7 @@ impl Integrator<'_> {
 pub(super) struct Directions {
     pub wi: Vectors,
     pub weight: Floats,
-    cos_half: Floats,
+    pub cos_half: Floats,
     pub pdf: Floats,
     there: [bool; LANES],
 }
@@ -271,10 +280,23 @@ impl Directions {
     /// Those that the numbers `u` draw from diffuse lobes of eight points.
     #[inline(always)]
     pub(super) fn diffuse(points: &Interactions, [x, y]: &Pairs) -> Self {
+        let Interactions { n, ng, .. } = *points;
         let mut directions = Self::default();
         for lane in 0..LANES {
-            let (n, ng) = (points.n.get(lane), points.ng.get(lane));
+            let (n, ng) = (n.get(lane), ng.get(lane));
             directions.set(lane, Diffuse::draw(n, ng, [x[lane], y[lane]]));
+        }
+        directions
+    }
+
+    /// Those that the numbers `u` draw from rough metals at eight points.
+    #[inline(always)]
+    pub(super) fn metal(points: &Interactions, alpha: &Floats, [x, y]: &Pairs) -> Self {
+        let Interactions { wo, n, ng, .. } = *points;
+        let mut directions = Self::default();
+        for lane in 0..LANES {
+            let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+            directions.set(lane, Conductor::draw(alpha[lane], &at, [x[lane], y[lane]]));
         }
         directions
     }

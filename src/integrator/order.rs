@@ -1,7 +1,7 @@
 //! In which order the rays of a wave are shaded.
 
 use crate::bxdf::{Bsdf, Bxdf, LobeKind};
-use crate::core::{Hit, Rgb};
+use crate::core::Hit;
 use crate::scene::Material;
 
 /// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
@@ -15,11 +15,31 @@ pub(super) struct Order {
 }
 
 impl Order {
+    /// The kind of surfaces that reflect nothing.
+    pub(super) const BLACK: usize = 0;
+    /// The kind of mirrors and of glass.
+    const DELTA: usize = 1 + LobeKind::Delta as usize;
     /// The kind of surfaces with a diffuse lobe, which is the same everywhere, and nothing else.
     pub(super) const DIFFUSE: usize = 1 + LobeKind::Diffuse as usize;
+    /// The kind of rough metals, which are the same everywhere and nothing else.
+    pub(super) const METAL: usize = 4;
+    /// The kind of surfaces of which none of the others tells.
+    pub(super) const OTHER: usize = 5;
     /// The kind of rays that hit nothing.
-    pub(super) const MISSED: usize = 5;
+    pub(super) const MISSED: usize = 6;
     const KINDS: usize = Self::MISSED + 1;
+
+    /// Whether surfaces of a kind may have a diffuse lobe.
+    #[inline(always)]
+    pub(super) fn may_be_diffuse(kind: usize) -> bool {
+        matches!(kind, Self::DIFFUSE | Self::OTHER)
+    }
+
+    /// Whether surfaces of a kind may take light from lights.
+    #[inline(always)]
+    pub(super) fn takes_light(kind: usize) -> bool {
+        !matches!(kind, Self::BLACK | Self::DELTA)
+    }
 
     /// Sorts rays by their `hits`, where `kinds` tells of each geometry.
     #[inline(always)]
@@ -61,17 +81,10 @@ impl Order {
 pub(super) fn kind_of(material: &Material, bsdf: Option<&Bsdf>) -> u8 {
     let shines = material.emission.is_some() || material.ambient.is_some();
     match bsdf.map(Bsdf::lobes) {
-        Some([]) => 0,
+        Some([]) => Order::BLACK as u8,
+        Some([Bxdf::Conductor(lobe)]) if !shines && lobe.is_rough() => Order::METAL as u8,
         Some([lobe]) if !shines => 1 + lobe.kind() as u8,
-        _ => 4,
-    }
-}
-
-/// What a surface of the kind [`Order::DIFFUSE`] reflects.
-pub(super) fn reflectance(bsdf: Option<&Bsdf>) -> Rgb {
-    match bsdf.map(Bsdf::lobes) {
-        Some([Bxdf::Diffuse(lobe)]) => lobe.reflectance,
-        _ => Rgb::BLACK,
+        _ => Order::OTHER as u8,
     }
 }
 

@@ -3,14 +3,14 @@
 use super::bounce::Leaving;
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
-use super::order::{Order, kind_of, reflectance};
+use super::order::{Order, kind_of};
 use super::path::{Path, Rays, Vertex, Wave};
 use super::roots::Roots;
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
-use crate::bxdf::Bsdf;
-use crate::core::lanes::{Colours, LANES, Vectors};
+use crate::bxdf::{Bsdf, Bxdf, Diffuse};
+use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
@@ -33,9 +33,9 @@ pub struct Integrator<'a> {
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// The kind of each geometry: see [`kind_of`].
     kinds: Vec<u8>,
-    /// Of each geometry, what those of the kind [`Order::DIFFUSE`] reflect.
-    reflectances: Vec<Rgb>,
-    /// Whether diffuse surfaces may be shaded side by side.
+    /// The lobe of each geometry that has one only, the same everywhere; black for others.
+    pub(super) only_lobes: Vec<Bxdf>,
+    /// Whether surfaces that are alike may be shaded side by side.
     pub(super) alike: bool,
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
@@ -123,12 +123,16 @@ impl<'a> Integrator<'a> {
             material.map(|material| (&scene.materials[material], bsdfs[material].as_ref()))
         };
         let kinds = of_geometries().map(|(material, bsdf)| kind_of(material, bsdf)).collect();
-        let reflectances = of_geometries().map(|(_, bsdf)| reflectance(bsdf)).collect();
+        let only_lobe = |bsdf: Option<&Bsdf>| match bsdf.map(Bsdf::lobes) {
+            Some([lobe]) => *lobe,
+            _ => Bxdf::Diffuse(Diffuse { reflectance: Rgb::BLACK }),
+        };
+        let only_lobes = of_geometries().map(|(_, bsdf)| only_lobe(bsdf)).collect();
         Self {
             scene,
             accel,
             kinds,
-            reflectances,
+            only_lobes,
             alike: Self::shades_alike(scene),
             samples_lights,
             likely: Likely::of(scene, samples_lights, &bsdfs),
@@ -328,13 +332,9 @@ impl<'a> Integrator<'a> {
             samplers[lane] = *out.roots.sampler(paths[i].slot);
         }
         let points = self.scene.interactions(seen);
-        let eight = self.draw_eight(&points, from, samplers);
-        if self.are_alike(kind, &from, out) {
-            let mut reflectance = Colours::default();
-            for (lane, (_, hit)) in seen.into_iter().enumerate() {
-                reflectance.set(lane, self.reflectances[hit.geom_id as usize]);
-            }
-            return self.reflect_alike(&eight, (group.len(), reflectance), out);
+        let eight = self.draw_eight(&points, from, samplers, kind);
+        if let Some(lobes) = self.alike(kind, seen, from, out) {
+            return self.reflect_alike(&eight, &lobes, group.len(), out);
         }
         let drawn = |lane: usize| Lane { eight: &eight, lane };
 
