@@ -16,7 +16,7 @@ pub struct ComplexIor {
 
 impl ComplexIor {
     /// Reflectance at the cosine of incidence `cos`.
-    #[inline]
+    #[inline(always)]
     pub fn reflectance(&self, cos: f32) -> Rgb {
         Rgb::new(
             fresnel::conductor(cos, self.eta.r, self.k.r),

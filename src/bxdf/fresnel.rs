@@ -25,19 +25,16 @@ pub fn dielectric(cos: f32, eta: f32) -> (f32, f32) {
 /// Reflectance of a conductor of index `eta + i k` in air at the cosine of incidence `cos` in `[0, 1]`.
 ///
 /// In f64, so that no `k` that f32 holds overflows its fourth power.
-#[inline]
+#[inline(always)]
 pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
     let (cos, eta, k) = (f64::from(cos).min(1.0), f64::from(eta), f64::from(k));
     let (cos2, sin2) = (cos * cos, 1.0 - cos * cos);
     // a + i b is the complex cosine inside times the index: (a + i b)^2 = (eta + i k)^2 - sin^2.
     let real = (eta - k) * (eta + k) - sin2;
     let norm = (real * real + 4.0 * eta * eta * k * k).sqrt();
-    let a2 = if real >= 0.0 {
-        0.5 * (norm + real)
-    } else {
-        // The sum cancels for a good metal; the product of both roots does not.
-        2.0 * eta * eta * k * k / (norm - real)
-    };
+    // The sum cancels for a good metal; the product of both roots does not.
+    let [sum, product] = [0.5 * (norm + real), 2.0 * eta * eta * k * k / (norm - real)];
+    let a2 = if real >= 0.0 { sum } else { product };
     let cross = 2.0 * cos * a2.sqrt();
     let s = ratio(norm + cos2, cross);
     let p = s * ratio(cos2 * norm + sin2 * sin2, cross * sin2);
@@ -45,9 +42,10 @@ pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
 }
 
 /// `(a - b) / (a + b)`, and 1 where both are 0.
-#[inline]
+#[inline(always)]
 fn ratio(a: f64, b: f64) -> f64 {
-    if a + b == 0.0 { 1.0 } else { (a - b) / (a + b) }
+    let ratio = (a - b) / (a + b);
+    if a + b == 0.0 { 1.0 } else { ratio }
 }
 
 /// Reflectance of a dielectric under diffuse light from outside: the mean of [`dielectric`] over `2 cos d(cos)`,

@@ -6,34 +6,30 @@ use super::bounce::{Dimension, most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
 use super::eight::{Directions, Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
+use super::metals::Metals;
 use super::order::Order;
 use super::path::Path;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
-use crate::bxdf::{Bxdf, Conductor, Diffuse, Incidence, LobeKind};
+use crate::bxdf::{Bxdf, Diffuse, LobeKind};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
 
 /// The lobes of eight surfaces, all of one kind.
-pub(super) enum Lobes<'a> {
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, on the stack")]
+pub(super) enum Lobes {
     /// Diffuse ones, by their reflectance.
     Diffuse(Colours),
-    /// Those of rough metals, and their roughness.
-    Metal([&'a Conductor; LANES], Floats),
+    /// Those of rough metals.
+    Metal(Metals),
 }
 
-/// What eight lobes reflect of light from eight directions.
-struct Values {
-    f_cos: Colours,
-    pdf: Floats,
-}
-
-impl<'a> Lobes<'a> {
+impl Lobes {
     /// The only lobes of eight surfaces of a kind, if that kind is one of these.
     #[inline(always)]
-    fn of(kind: usize, lobes: [&'a Bxdf; LANES]) -> Option<Self> {
+    fn of(kind: usize, lobes: [&Bxdf; LANES]) -> Option<Self> {
         match kind {
             Order::DIFFUSE => {
                 let mut reflectances = Colours::default();
@@ -43,44 +39,25 @@ impl<'a> Lobes<'a> {
                 }
                 Some(Self::Diffuse(reflectances))
             }
-            Order::METAL => {
-                let Bxdf::Conductor(first) = lobes[0] else { return None };
-                let (mut metals, mut alpha) = ([first; LANES], Floats::default());
-                for lane in 0..LANES {
-                    let Bxdf::Conductor(lobe) = lobes[lane] else { return None };
-                    (metals[lane], alpha[lane]) = (lobe, lobe.alpha);
-                }
-                Some(Self::Metal(metals, alpha))
-            }
+            Order::METAL => Metals::of(lobes).map(Self::Metal),
             _ => None,
         }
     }
 
-    /// The values for light along `wi`.
+    /// What is reflected of light from `wi`, and the density of rays there.
     #[inline(always)]
-    fn evaluate(&self, points: &Interactions, wi: &Vectors) -> Values {
-        let Interactions { wo, n, ng, .. } = *points;
-        let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
+    fn evaluate(&self, points: &Interactions, wi: &Vectors) -> (Colours, Floats) {
         match self {
             Self::Diffuse(reflectance) => {
+                let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
                 for lane in 0..LANES {
-                    pdf[lane] = Diffuse::density(n.get(lane), ng.get(lane), wi.get(lane));
+                    pdf[lane] = Diffuse::density(points.n.get(lane), points.ng.get(lane), wi.get(lane));
                     f_cos.set(lane, reflectance.get(lane) * pdf[lane]);
                 }
+                (f_cos, pdf)
             }
-            Self::Metal(metals, alpha) => {
-                let [mut cos_half, mut colourless] = [Floats::default(); 2];
-                for lane in 0..LANES {
-                    let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
-                    let value = Conductor::value(alpha[lane], &at, wi.get(lane));
-                    (cos_half[lane], colourless[lane], pdf[lane]) = (value.cos_half, value.f_cos, value.pdf);
-                }
-                for lane in 0..LANES {
-                    f_cos.set(lane, metals[lane].colour(cos_half[lane]) * colourless[lane]);
-                }
-            }
+            Self::Metal(metals) => metals.evaluate(points, wi),
         }
-        Values { f_cos, pdf }
     }
 
     /// The directions that the numbers `u` draw, and the colour of each one's weight.
@@ -88,21 +65,15 @@ impl<'a> Lobes<'a> {
     fn draw(&self, points: &Interactions, u: &Pairs) -> (Directions, Colours) {
         match self {
             Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
-            Self::Metal(metals, alpha) => {
-                let directions = Directions::metal(points, alpha, u);
-                let mut colours = Colours::default();
-                for lane in 0..LANES {
-                    colours.set(lane, metals[lane].colour(directions.cos_half[lane]));
-                }
-                (directions, colours)
-            }
+            Self::Metal(metals) => metals.draw(points, u),
         }
     }
 
+    /// Of all of them.
     fn kind(&self) -> LobeKind {
         match self {
             Self::Diffuse(_) => LobeKind::Diffuse,
-            Self::Metal(..) => LobeKind::Glossy,
+            Self::Metal(_) => LobeKind::Glossy,
         }
     }
 }
@@ -173,7 +144,7 @@ impl<'a> Integrator<'a> {
         seen: [(&Ray, &Hit); LANES],
         from: [&Path; LANES],
         out: &Outgoing,
-    ) -> Option<Lobes<'_>> {
+    ) -> Option<Lobes> {
         if !self.alike || !out.trails.is_empty() {
             return None;
         }
@@ -326,14 +297,14 @@ impl<'a> Integrator<'a> {
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let values = lobes.evaluate(points, &lights.wi);
+        let (f_cos, pdf) = lobes.evaluate(points, &lights.wi);
         let [r, g, b] = &lights.le_over_pdf;
         let mut reflected = Colours::default();
         for lane in 0..LANES {
-            let pdf = mix(guides.share[lane], guides.towards_light[lane], values.pdf[lane]);
+            let pdf = mix(guides.share[lane], guides.towards_light[lane], pdf[lane]);
             let weight = power_heuristic(lights.pdf[lane], pdf * arrived.rate[lane]);
             let le_over_pdf = Rgb::new(r[lane], g[lane], b[lane]);
-            let seen = arrived.beta.get(lane) * (values.f_cos.get(lane) * weight);
+            let seen = arrived.beta.get(lane) * (f_cos.get(lane) * weight);
             reflected.set(lane, seen * le_over_pdf);
         }
         if self.scene.settings.clamp_indirect.is_some() {

@@ -13,6 +13,7 @@ mod direct;
 mod eight;
 mod guide;
 mod guided;
+mod metals;
 mod occlusion;
 mod order;
 mod path;
