@@ -48,7 +48,7 @@ impl Conductor {
 
     /// The colour of a reflection at the cosine of incidence `cos`.
     #[inline(always)]
-    pub fn colour(&self, cos: f32) -> Rgb {
+    pub(super) fn colour(&self, cos: f32) -> Rgb {
         match self.ior {
             Some(ior) => self.reflectance * ior.reflectance(cos),
             None => self.reflectance,
@@ -76,7 +76,7 @@ impl Conductor {
 
     #[inline(always)]
     pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
-        if self.ggx().is_smooth() || !at.is_above(wi) {
+        if !self.is_rough() {
             return (Rgb::BLACK, 0.0);
         }
         let GgxValue { cos_half, f_cos, pdf } = Self::value(self.alpha, at, wi);

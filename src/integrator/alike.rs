@@ -128,7 +128,7 @@ struct Bounced {
     pdf: Floats,
 }
 
-impl<'a> Integrator<'a> {
+impl Integrator<'_> {
     /// Whether surfaces may be shaded side by side, as far as the scene's settings can tell.
     pub(super) fn shades_alike(scene: &Scene) -> bool {
         scene.settings.direct_light == DirectLight::Mis && scene.settings.diffuse_bounces
@@ -156,9 +156,9 @@ impl<'a> Integrator<'a> {
         let rays = self.rays_of(from[0], lobes.kind());
         let finds_room = out.next.len() + LANES * rays as usize <= self.capacity;
         let splits_so = from.iter().all(|path| self.rays_of(path, lobes.kind()) == rays);
-        let may_end = lobes.kind() == LobeKind::Diffuse
+        let is_ordinary = lobes.kind() == LobeKind::Diffuse
             || self.scene.settings.highlights && !from.iter().any(|path| self.is_last(path));
-        (finds_room && splits_so && may_end).then_some(lobes)
+        (finds_room && splits_so && is_ordinary).then_some(lobes)
     }
 
     /// What the first `count` of eight surfaces with these `lobes` reflect.

@@ -58,7 +58,7 @@ impl Metals {
         (directions, self.colours(&directions.cos_half))
     }
 
-    /// [`Conductor::colour`] at these cosines of incidence.
+    /// The colours of reflections at these cosines of incidence, as each metal by itself has them.
     #[inline(always)]
     fn colours(&self, cos: &Floats) -> Colours {
         let mut colours = self.reflectance;
