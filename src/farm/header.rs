@@ -59,7 +59,7 @@ impl Identity {
         let grows = self.grows && wanted.grows;
         if !more_samples || !grows || self.spp > wanted.spp {
             let name = if more_samples && !grows {
-                "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 5 to 7)"
+                "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 3)"
             } else {
                 "samples per pixel"
             };
@@ -266,7 +266,7 @@ pub(super) mod tests {
         assert_eq!(ours.differences(&more, false), ["samples per pixel: 16 in the file, 64 now"]);
         assert_eq!(more.differences(&ours, true), ["samples per pixel: 64 in the file, 16 now"]);
         let [ours, more] = [ours, more].map(|of| Identity { adaptive: true, grows: false, ..of });
-        let refused = "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 5 to 7): 16 in the file, 64 now";
+        let refused = "samples per pixel (fixed by a noise threshold, a sampler that is a pattern, or --adaptive with 3): 16 in the file, 64 now";
         assert_eq!(ours.differences(&more, true), [refused]);
     }
 

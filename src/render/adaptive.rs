@@ -62,6 +62,9 @@ const MOST_ERROR: f64 = 8.0;
 /// One that is less than this many times the mean counts as so many times.
 const LEAST_ERROR: f64 = 0.5;
 
+/// What a block's own error weighs beside the mean of it and its neighbours: the few pixels of a block know little.
+const OWN: f64 = 0.25;
+
 /// Fraction of the picture's mean luminance that is added to a pixel's: an error below it is seen less and less.
 const FLOOR: f64 = 0.1;
 
@@ -134,11 +137,12 @@ fn wants(found: &BTreeMap<Block, Found>) -> Vec<[Want; 2]> {
         let scale = (f64::from(f.luminance[colour]) / n).hypot(FLOOR * luminance);
         if scale > 0.0 { f64::from(f.error[colour]) / n / scale.sqrt() } else { 0.0 }
     };
-    // Half by the block itself, half by all around it: a block that has missed what its neighbours found is like them.
+    // By the block itself for a part, by all around it for the rest: a block that has missed what its neighbours found is
+    // like them.
     let wanted = |block: &Block, own: &Found, colour: usize| {
         let around = around(found, *block);
         let sum: f64 = around.iter().map(|f| scaled(f, colour)).sum();
-        0.5 * (scaled(own, colour) + sum / around.len() as f64) / f64::from(own.cost).sqrt()
+        (OWN * scaled(own, colour) + (1.0 - OWN) * sum / around.len() as f64) / f64::from(own.cost).sqrt()
     };
     let mut wants: Vec<[Want; 2]> = found
         .iter()

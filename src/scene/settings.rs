@@ -63,7 +63,7 @@ pub enum GlossySamples {
 pub const MAX_AUTO_SPLIT: u32 = 8;
 
 /// Samples that every pixel has before any are shared out.
-pub const EVEN_SAMPLES: u32 = 8;
+pub const EVEN_SAMPLES: u32 = 4;
 
 /// The word `auto`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
