@@ -6,6 +6,7 @@
 
 use super::fresnel;
 use super::microfacet::{Ggx, MIN_COS};
+use crate::core::lanes::{Floats, LANES};
 use glam::Vec3;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -42,13 +43,31 @@ impl CoatEnergy {
     }
 
     /// At the cosine of incidence `cos`; to 0.003.
-    #[inline]
+    #[inline(always)]
     pub fn albedo(&self, cos: f32) -> f32 {
         interpolated(&self.row, cos)
     }
 
+    /// Of eight boundaries, each at its own cosine: [`albedo`](Self::albedo) side by side, but for the look at each table.
+    #[inline(always)]
+    pub fn albedos(energies: &[&Self; LANES], cos: &Floats) -> Floats {
+        let (mut nodes, mut t) = ([0; LANES], Floats::default());
+        for lane in 0..LANES {
+            (nodes[lane], t[lane]) = node(cos[lane].max(0.0).sqrt(), COSINES);
+        }
+        let [mut below, mut above] = [Floats::default(); 2];
+        for (lane, energy) in energies.iter().enumerate() {
+            (below[lane], above[lane]) = (energy.row[nodes[lane]], energy.row[nodes[lane] + 1]);
+        }
+        let mut albedos = Floats::default();
+        for lane in 0..LANES {
+            albedos[lane] = lerp(t[lane], below[lane], above[lane]);
+        }
+        albedos
+    }
+
     /// The mean over diffuse light, `2 cos d(cos)`.
-    #[inline]
+    #[inline(always)]
     pub fn average(&self) -> f32 {
         self.average
     }
@@ -92,21 +111,21 @@ fn average(row: &Row) -> f32 {
     (0..STEPS).map(value).sum::<f32>() / STEPS as f32
 }
 
-#[inline]
+#[inline(always)]
 fn interpolated(row: &Row, cos: f32) -> f32 {
     let (i, t) = node(cos.max(0.0).sqrt(), COSINES);
     lerp(t, row[i], row[i + 1])
 }
 
 /// The node below `x` in `[0, 1]`, and how far `x` is towards the next.
-#[inline]
+#[inline(always)]
 fn node(x: f32, count: usize) -> (usize, f32) {
     let x = x.clamp(0.0, 1.0) * (count - 1) as f32;
     let i = (x as usize).min(count - 2);
     (i, x - i as f32)
 }
 
-#[inline]
+#[inline(always)]
 fn lerp(t: f32, a: f32, b: f32) -> f32 {
     a + t * (b - a)
 }

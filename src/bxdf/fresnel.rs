@@ -6,20 +6,15 @@
 ///
 /// `cos` in `[0, 1]` is the cosine of incidence, `eta` the index of the far side over that of the near side.
 /// Under total internal reflection this is `(1, 0)`.
-#[inline]
+#[inline(always)]
 pub fn dielectric(cos: f32, eta: f32) -> (f32, f32) {
     // sin^2 on the far side as 1 - sin^2 / eta^2, without cancelling where eta is near 1.
     let cos2_far = (cos * cos + (eta - 1.0) * (eta + 1.0)) / (eta * eta);
-    if cos2_far <= 0.0 {
-        return (1.0, 0.0);
-    }
-    let cos_far = cos2_far.sqrt();
-    if eta == 1.0 {
-        return (0.0, cos_far);
-    }
+    let cos_far = cos2_far.max(0.0).sqrt();
     let s = (cos - eta * cos_far) / (cos + eta * cos_far);
     let p = (eta * cos - cos_far) / (eta * cos + cos_far);
-    ((0.5 * (s * s + p * p)).min(1.0), cos_far)
+    let partial = if eta == 1.0 { 0.0 } else { (0.5 * (s * s + p * p)).min(1.0) };
+    (if cos2_far <= 0.0 { 1.0 } else { partial }, cos_far)
 }
 
 /// Reflectance of a conductor of index `eta + i k` in air at the cosine of incidence `cos` in `[0, 1]`.

@@ -18,8 +18,9 @@ pub use conductor::{ComplexIor, Conductor};
 pub use cosine_power::{CosinePower, Horizon, Policy, PreparedCosinePower};
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
+pub use energy::CoatEnergy;
 pub use mirror::Mirror;
-pub use plastic::{Coat, Plastic};
+pub use plastic::{Coat, Layers, Plastic};
 
 use crate::core::{Frame, Rgb};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! Surfaces that are alike, eight side by side: diffuse and nothing else, or rough metals, the ordinary case, which takes
+//! Surfaces that are alike, eight side by side: diffuse and nothing else, rough metals or plastics, the ordinary case, which takes
 //! none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it
 //! there, to the bit.
 
@@ -9,6 +9,7 @@ use super::guided::{mix, unguided, within};
 use super::metals::Metals;
 use super::order::Order;
 use super::path::Path;
+use super::plastics::Plastics;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
@@ -24,6 +25,8 @@ pub(super) enum Lobes {
     Diffuse(Colours),
     /// Those of rough metals.
     Metal(Metals),
+    /// Those of plastics.
+    Plastic(Plastics),
 }
 
 impl Lobes {
@@ -40,6 +43,7 @@ impl Lobes {
                 Some(Self::Diffuse(reflectances))
             }
             Order::METAL => Metals::of(lobes).map(Self::Metal),
+            Order::PLASTIC => Plastics::of(lobes).map(Self::Plastic),
             _ => None,
         }
     }
@@ -57,6 +61,7 @@ impl Lobes {
                 (f_cos, pdf)
             }
             Self::Metal(metals) => metals.evaluate(points, wi),
+            Self::Plastic(plastics) => plastics.evaluate(points, wi),
         }
     }
 
@@ -66,6 +71,7 @@ impl Lobes {
         match self {
             Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
             Self::Metal(metals) => metals.draw(points, u),
+            Self::Plastic(plastics) => plastics.draw(points, u),
         }
     }
 
@@ -73,7 +79,7 @@ impl Lobes {
     fn kind(&self) -> LobeKind {
         match self {
             Self::Diffuse(_) => LobeKind::Diffuse,
-            Self::Metal(_) => LobeKind::Glossy,
+            Self::Metal(_) | Self::Plastic(_) => LobeKind::Glossy,
         }
     }
 }

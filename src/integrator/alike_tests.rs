@@ -9,8 +9,8 @@ use crate::scene::load::{Format, load_str};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and an open side: walls and a ball that are diffuse, one that glows, a ball of rough gold, and a silver
-/// wall that throws the lamp's light on others.
+/// A room with a lamp and an open side: walls and a ball that are diffuse, one that glows, a ball of rough gold, one of plastic,
+/// and a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
     eye = [0, 0, 0.9]
@@ -36,6 +36,10 @@ const ROOM: &str = r#"
     type = "conductor"
     metal = "gold"
     alpha = 0.3
+    [materials.toy]
+    type = "plastic"
+    cd = [0.1, 0.3, 0.6]
+    alpha = 0.2
     [[shapes]]
     type = "rect"
     corner = [-1, -1, 1]
@@ -70,6 +74,11 @@ const ROOM: &str = r#"
     center = [-0.3, -0.7, -0.5]
     radius = 0.3
     material = "gold"
+    [[shapes]]
+    type = "sphere"
+    center = [0.1, -0.8, 0.1]
+    radius = 0.2
+    material = "toy"
     [[lights]]
     type = "sphere"
     center = [0.2, 0.7, -0.2]

@@ -5,7 +5,7 @@ use super::guided;
 use super::order::Order;
 use super::path::Path;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, Incidence, LobeKind, Policy};
+use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, LobeKind, Policy};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::scene::{DirectLight, Interactions, Needs, Scene, SurfaceInteraction};
@@ -211,7 +211,6 @@ impl Integrator<'_> {
         bsdfs: &[Option<&Bsdf>; LANES],
         leaving: &[Leaving; LANES],
     ) -> Directions {
-        let Interactions { wo, n, ng, .. } = *eight.points;
         let [mut x, mut y, mut alpha, mut exponent] = [Floats::default(); 4];
         let [mut turns, mut divides, mut reciprocal] = [Floats::default(); 3];
         let [mut diffuse, mut metal, mut power] = [[false; LANES]; 3];
@@ -252,7 +251,7 @@ impl Integrator<'_> {
         if power.contains(&true) {
             let mut powers = Directions::default();
             for lane in 0..LANES {
-                let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
+                let at = eight.points.at(lane);
                 let policy =
                     Policy { turns: turns[lane], divides: divides[lane], reciprocal: reciprocal[lane] };
                 powers.set(lane, CosinePower::draw(exponent[lane], policy, &at, [x[lane], y[lane]]));
@@ -292,17 +291,15 @@ impl Directions {
     /// Those that the numbers `u` draw from rough metals at eight points.
     #[inline(always)]
     pub(super) fn metal(points: &Interactions, alpha: &Floats, [x, y]: &Pairs) -> Self {
-        let Interactions { wo, n, ng, .. } = *points;
         let mut directions = Self::default();
         for lane in 0..LANES {
-            let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
-            directions.set(lane, Conductor::draw(alpha[lane], &at, [x[lane], y[lane]]));
+            directions.set(lane, Conductor::draw(alpha[lane], &points.at(lane), [x[lane], y[lane]]));
         }
         directions
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, drawn: Drawn) {
+    pub(super) fn set(&mut self, lane: usize, drawn: Drawn) {
         self.wi.set(lane, drawn.wi);
         (self.weight[lane], self.cos_half[lane], self.pdf[lane]) = (drawn.weight, drawn.cos_half, drawn.pdf);
     }

@@ -1,7 +1,7 @@
 //! Rough metals of eight surfaces, side by side.
 
 use super::eight::{Directions, Pairs};
-use crate::bxdf::{Bxdf, ComplexIor, Conductor, Incidence};
+use crate::bxdf::{Bxdf, ComplexIor, Conductor};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::scene::Interactions;
 
@@ -37,11 +37,9 @@ impl Metals {
     /// What is reflected of light from `wi`, and the density of rays there.
     #[inline(always)]
     pub(super) fn evaluate(&self, points: &Interactions, wi: &Vectors) -> (Colours, Floats) {
-        let Interactions { wo, n, ng, .. } = *points;
         let [mut cos_half, mut colourless, mut pdf] = [Floats::default(); 3];
         for lane in 0..LANES {
-            let at = Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: true };
-            let value = Conductor::value(self.alpha[lane], &at, wi.get(lane));
+            let value = Conductor::value(self.alpha[lane], &points.at(lane), wi.get(lane));
             (cos_half[lane], colourless[lane], pdf[lane]) = (value.cos_half, value.f_cos, value.pdf);
         }
         let mut f_cos = self.colours(&cos_half);

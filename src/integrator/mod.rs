@@ -3,7 +3,7 @@
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
 //! accelerator as one slice, hits are shaded by eight, surfaces of a kind together (`order`), shadow rays go as a second
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
-//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces or rough metals), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces, rough metals or plastics), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
 //! caustics) and `occlusion` (reflections of the environment without rays); `roots` is where it all comes together.
 //! Knows nothing of threads, files or progress.
 
@@ -17,6 +17,7 @@ mod metals;
 mod occlusion;
 mod order;
 mod path;
+mod plastics;
 mod roots;
 mod tally;
 mod vertex;

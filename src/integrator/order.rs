@@ -23,10 +23,12 @@ impl Order {
     pub(super) const DIFFUSE: usize = 1 + LobeKind::Diffuse as usize;
     /// The kind of rough metals, which are the same everywhere and nothing else.
     pub(super) const METAL: usize = 4;
+    /// The kind of plastics, which are the same everywhere and nothing else.
+    pub(super) const PLASTIC: usize = 5;
     /// The kind of surfaces of which none of the others tells.
-    pub(super) const OTHER: usize = 5;
+    pub(super) const OTHER: usize = 6;
     /// The kind of rays that hit nothing.
-    pub(super) const MISSED: usize = 6;
+    pub(super) const MISSED: usize = 7;
     const KINDS: usize = Self::MISSED + 1;
 
     /// Whether surfaces of a kind may have a diffuse lobe.
@@ -83,6 +85,7 @@ pub(super) fn kind_of(material: &Material, bsdf: Option<&Bsdf>) -> u8 {
     match bsdf.map(Bsdf::lobes) {
         Some([]) => Order::BLACK as u8,
         Some([Bxdf::Conductor(lobe)]) if !shines && lobe.is_rough() => Order::METAL as u8,
+        Some([Bxdf::Plastic(_)]) if !shines => Order::PLASTIC as u8,
         Some([lobe]) if !shines => 1 + lobe.kind() as u8,
         _ => Order::OTHER as u8,
     }

@@ -104,18 +104,20 @@ impl Interactions {
         SurfaceInteraction {
             p: self.p.get(lane),
             p_error: self.p_error[lane],
-            at: Incidence {
-                wo: self.wo.get(lane),
-                n: self.n.get(lane),
-                ng: self.ng.get(lane),
-                front: self.front[lane],
-            },
+            at: self.at(lane),
             geom_id: self.geom_id[lane],
             prim_id: self.prim_id[lane],
             flat: self.flat[lane],
             clearance: self.clearance[lane],
             clears: self.clears[lane],
         }
+    }
+
+    /// The point in a lane as lobes see it.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> Incidence {
+        let Self { wo, n, ng, front, .. } = self;
+        Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: front[lane] }
     }
 
     /// The origins of [`spawn`](SurfaceInteraction::spawn) along `wi`.
