@@ -249,12 +249,12 @@ impl Integrator<'_> {
             directions.take(&Directions::metal(eight.points, &alpha, &[x, y]), &metal);
         }
         if power.contains(&true) {
-            let mut powers = Directions::default();
+            let (at, mut powers) = (eight.points.incidences(), Directions::default());
             for lane in 0..LANES {
-                let at = eight.points.at(lane);
                 let policy =
                     Policy { turns: turns[lane], divides: divides[lane], reciprocal: reciprocal[lane] };
-                powers.set(lane, CosinePower::draw(exponent[lane], policy, &at, [x[lane], y[lane]]));
+                powers
+                    .set(lane, CosinePower::draw(exponent[lane], policy, &at.get(lane), [x[lane], y[lane]]));
             }
             directions.take(&powers, &power);
         }
@@ -291,9 +291,9 @@ impl Directions {
     /// Those that the numbers `u` draw from rough metals at eight points.
     #[inline(always)]
     pub(super) fn metal(points: &Interactions, alpha: &Floats, [x, y]: &Pairs) -> Self {
-        let mut directions = Self::default();
+        let (at, mut directions) = (points.incidences(), Self::default());
         for lane in 0..LANES {
-            directions.set(lane, Conductor::draw(alpha[lane], &points.at(lane), [x[lane], y[lane]]));
+            directions.set(lane, Conductor::draw(alpha[lane], &at.get(lane), [x[lane], y[lane]]));
         }
         directions
     }

@@ -37,9 +37,10 @@ impl Metals {
     /// What is reflected of light from `wi`, and the density of rays there.
     #[inline(always)]
     pub(super) fn evaluate(&self, points: &Interactions, wi: &Vectors) -> (Colours, Floats) {
+        let at = points.incidences();
         let [mut cos_half, mut colourless, mut pdf] = [Floats::default(); 3];
         for lane in 0..LANES {
-            let value = Conductor::value(self.alpha[lane], &points.at(lane), wi.get(lane));
+            let value = Conductor::value(self.alpha[lane], &at.get(lane), wi.get(lane));
             (cos_half[lane], colourless[lane], pdf[lane]) = (value.cos_half, value.f_cos, value.pdf);
         }
         let mut f_cos = self.colours(&cos_half);

@@ -61,10 +61,10 @@ impl Plastics {
     /// The same, where the coats' albedos towards the viewer are `e`.
     #[inline(always)]
     fn value(&self, points: &Interactions, e: &Floats, wi: &Vectors) -> (Colours, Floats) {
-        let e_i = self.reflected(points, wi);
+        let (at, e_i) = (points.incidences(), self.reflected(points, wi));
         let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
         for lane in 0..LANES {
-            let value = self.layers(lane).value(&points.at(lane), [e[lane], e_i[lane]], wi.get(lane));
+            let value = self.layers(lane).value(&at.get(lane), [e[lane], e_i[lane]], wi.get(lane));
             f_cos.set(lane, value.f_cos(self.transmitted.get(lane)));
             pdf[lane] = value.pdf;
         }
@@ -74,10 +74,10 @@ impl Plastics {
     /// The directions that the numbers `u` draw, and the weight of each one.
     #[inline(always)]
     pub(super) fn draw(&self, points: &Interactions, [x, y]: &Pairs) -> (Directions, Colours) {
-        let e = self.reflected(points, &points.wo);
+        let (at, e) = (points.incidences(), self.reflected(points, &points.wo));
         let mut wi = Vectors::default();
         for lane in 0..LANES {
-            let drawn = self.layers(lane).draw(&points.at(lane), e[lane], [x[lane], y[lane]]);
+            let drawn = self.layers(lane).draw(&at.get(lane), e[lane], [x[lane], y[lane]]);
             wi.set(lane, drawn);
         }
         let (f_cos, pdf) = self.value(points, &e, &wi);

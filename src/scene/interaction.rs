@@ -97,6 +97,24 @@ pub struct Interactions {
     clears: [bool; LANES],
 }
 
+/// Eight [`Incidence`]s side by side, on either side of their surfaces.
+///
+/// A copy, so that a compiler knows that what a loop writes is none of it.
+#[derive(Clone, Copy)]
+pub struct Incidences {
+    wo: Vectors,
+    n: Vectors,
+    ng: Vectors,
+}
+
+impl Incidences {
+    /// The one in a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Incidence {
+        Incidence { wo: self.wo.get(lane), n: self.n.get(lane), ng: self.ng.get(lane), front: true }
+    }
+}
+
 impl Interactions {
     /// The point in a lane.
     #[inline(always)]
@@ -104,7 +122,12 @@ impl Interactions {
         SurfaceInteraction {
             p: self.p.get(lane),
             p_error: self.p_error[lane],
-            at: self.at(lane),
+            at: Incidence {
+                wo: self.wo.get(lane),
+                n: self.n.get(lane),
+                ng: self.ng.get(lane),
+                front: self.front[lane],
+            },
             geom_id: self.geom_id[lane],
             prim_id: self.prim_id[lane],
             flat: self.flat[lane],
@@ -113,11 +136,10 @@ impl Interactions {
         }
     }
 
-    /// The point in a lane as lobes see it.
+    /// The points as lobes see them that are the same on both sides.
     #[inline(always)]
-    pub fn at(&self, lane: usize) -> Incidence {
-        let Self { wo, n, ng, front, .. } = self;
-        Incidence { wo: wo.get(lane), n: n.get(lane), ng: ng.get(lane), front: front[lane] }
+    pub fn incidences(&self) -> Incidences {
+        Incidences { wo: self.wo, n: self.n, ng: self.ng }
     }
 
     /// The origins of [`spawn`](SurfaceInteraction::spawn) along `wi`.
