@@ -17,6 +17,7 @@ use crate::bxdf::{Bxdf, Diffuse, LobeKind};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
+use glam::Vec3;
 
 /// The lobes of eight surfaces, all of one kind.
 #[expect(clippy::large_enum_variant, reason = "there is one at a time, on the stack")]
@@ -146,25 +147,37 @@ impl Integrator<'_> {
     #[inline(always)]
     pub(super) fn alike(
         &self,
-        kind: usize,
+        (kind, points): (usize, &Interactions),
         seen: [(&Ray, &Hit); LANES],
         from: [&Path; LANES],
         out: &Outgoing,
     ) -> Option<Lobes> {
-        if !self.alike || !out.trails.is_empty() {
+        let is_one = matches!(kind, Order::DIFFUSE | Order::METAL | Order::PLASTIC);
+        if !self.alike || !is_one || !out.trails.is_empty() {
             return None;
         }
-        let mut lobes = [&self.only_lobes[0]; LANES];
-        for (lobe, (_, hit)) in lobes.iter_mut().zip(seen) {
-            *lobe = &self.only_lobes[hit.geom_id as usize];
+        let mut here = [Bxdf::Diffuse(Diffuse { reflectance: Rgb::BLACK }); LANES];
+        let mut lobes = [None; LANES];
+        for (lane, (_, hit)) in seen.into_iter().enumerate() {
+            lobes[lane] = self.only_lobes[hit.geom_id as usize].as_ref();
+            if lobes[lane].is_none() {
+                here[lane] = self.lobe_at(hit.geom_id, points.p.get(lane));
+            }
         }
-        let lobes = Lobes::of(kind, lobes)?;
+        let lobes = Lobes::of(kind, std::array::from_fn(|lane| lobes[lane].unwrap_or(&here[lane])))?;
         let rays = self.rays_of(from[0], lobes.kind());
         let finds_room = out.next.len() + LANES * rays as usize <= self.capacity;
         let splits_so = from.iter().all(|path| self.rays_of(path, lobes.kind()) == rays);
         let is_ordinary = lobes.kind() == LobeKind::Diffuse
             || self.scene.settings.highlights && !from.iter().any(|path| self.is_last(path));
         (finds_room && splits_so && is_ordinary).then_some(lobes)
+    }
+
+    /// The first lobe at a point of a geometry whose lobes differ from point to point.
+    #[inline(never)]
+    fn lobe_at(&self, geom_id: u32, p: Vec3) -> Bxdf {
+        let geometry = &self.scene.geometries[geom_id as usize];
+        *self.scene.materials[geometry.material as usize].bsdf(p).lobe(0)
     }
 
     /// What the first `count` of eight surfaces with these `lobes` reflect.

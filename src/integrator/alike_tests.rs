@@ -9,7 +9,7 @@ use crate::scene::load::{Format, load_str};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and an open side: walls and a ball that are diffuse, one that glows, a ball of rough gold, one of plastic,
+/// A room with a lamp and an open side: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball of rough gold, one of plastic,
 /// and a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
@@ -25,7 +25,7 @@ const ROOM: &str = r#"
     cd = [0.9, 0.8, 0.7]
     [materials.red]
     type = "diffuse"
-    cd = [0.7, 0.1, 0]
+    cd = { checker = [[0.7, 0.1, 0], [0.9, 0.8, 0.7]], size = 0.3 }
     [materials.glowing]
     type = "emissive"
     radiance = [0.1, 0.1, 0.3]

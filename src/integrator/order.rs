@@ -1,8 +1,9 @@
 //! In which order the rays of a wave are shaded.
 
-use crate::bxdf::{Bsdf, Bxdf, LobeKind};
+use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::Hit;
 use crate::scene::Material;
+use glam::Vec3;
 
 /// Rays of one class of a wave, by what they have found: surfaces of a kind together, so that eight of them take the same
 /// turns, otherwise in their order, so that neighbours stay neighbours.
@@ -19,11 +20,11 @@ impl Order {
     pub(super) const BLACK: usize = 0;
     /// The kind of mirrors and of glass.
     const DELTA: usize = 1 + LobeKind::Delta as usize;
-    /// The kind of surfaces with a diffuse lobe, which is the same everywhere, and nothing else.
+    /// The kind of surfaces with a diffuse lobe and nothing else.
     pub(super) const DIFFUSE: usize = 1 + LobeKind::Diffuse as usize;
-    /// The kind of rough metals, which are the same everywhere and nothing else.
+    /// The kind of rough metals and nothing else.
     pub(super) const METAL: usize = 4;
-    /// The kind of plastics, which are the same everywhere and nothing else.
+    /// The kind of plastics and nothing else.
     pub(super) const PLASTIC: usize = 5;
     /// The kind of surfaces of which none of the others tells.
     pub(super) const OTHER: usize = 6;
@@ -79,14 +80,14 @@ impl Order {
     }
 }
 
-/// The kind of surfaces of a material with the lobes `bsdf`, where they are the same everywhere.
-pub(super) fn kind_of(material: &Material, bsdf: Option<&Bsdf>) -> u8 {
+/// The kind of surfaces of a material: where colours differ from point to point, the lobes are of one kind still.
+pub(super) fn kind_of(material: &Material) -> u8 {
     let shines = material.emission.is_some() || material.ambient.is_some();
-    match bsdf.map(Bsdf::lobes) {
-        Some([]) => Order::BLACK as u8,
-        Some([Bxdf::Conductor(lobe)]) if !shines && lobe.is_rough() => Order::METAL as u8,
-        Some([Bxdf::Plastic(_)]) if !shines => Order::PLASTIC as u8,
-        Some([lobe]) if !shines => 1 + lobe.kind() as u8,
+    match material.bsdf(Vec3::ZERO).lobes() {
+        [] => Order::BLACK as u8,
+        [Bxdf::Conductor(lobe)] if !shines && lobe.is_rough() => Order::METAL as u8,
+        [Bxdf::Plastic(_)] if !shines => Order::PLASTIC as u8,
+        [lobe] if !shines => 1 + lobe.kind() as u8,
         _ => Order::OTHER as u8,
     }
 }

@@ -9,7 +9,7 @@ use super::roots::Roots;
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
-use crate::bxdf::{Bsdf, Bxdf, Diffuse};
+use crate::bxdf::{Bsdf, Bxdf};
 use crate::core::lanes::{LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
 use crate::film::{Film, PixelRect};
@@ -33,8 +33,8 @@ pub struct Integrator<'a> {
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// The kind of each geometry: see [`kind_of`].
     kinds: Vec<u8>,
-    /// The lobe of each geometry that has one only, the same everywhere; black for others.
-    pub(super) only_lobes: Vec<Bxdf>,
+    /// The lobe of each geometry that has one only, the same everywhere.
+    pub(super) only_lobes: Vec<Option<Bxdf>>,
     /// Whether surfaces that are alike may be shaded side by side.
     pub(super) alike: bool,
     /// What surfaces are likely to need.
@@ -122,10 +122,10 @@ impl<'a> Integrator<'a> {
             let material = scene.geometries.iter().map(|geometry| geometry.material as usize);
             material.map(|material| (&scene.materials[material], bsdfs[material].as_ref()))
         };
-        let kinds = of_geometries().map(|(material, bsdf)| kind_of(material, bsdf)).collect();
+        let kinds = of_geometries().map(|(material, _)| kind_of(material)).collect();
         let only_lobe = |bsdf: Option<&Bsdf>| match bsdf.map(Bsdf::lobes) {
-            Some([lobe]) => *lobe,
-            _ => Bxdf::Diffuse(Diffuse { reflectance: Rgb::BLACK }),
+            Some([lobe]) => Some(*lobe),
+            _ => None,
         };
         let only_lobes = of_geometries().map(|(_, bsdf)| only_lobe(bsdf)).collect();
         Self {
@@ -333,7 +333,7 @@ impl<'a> Integrator<'a> {
         }
         let points = self.scene.interactions(seen);
         let eight = self.draw_eight(&points, from, samplers, kind);
-        if let Some(lobes) = self.alike(kind, seen, from, out) {
+        if let Some(lobes) = self.alike((kind, &points), seen, from, out) {
             return self.reflect_alike(&eight, &lobes, group.len(), out);
         }
         let drawn = |lane: usize| Lane { eight: &eight, lane };
