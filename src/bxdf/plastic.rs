@@ -63,7 +63,7 @@ impl Coat {
 }
 
 /// What directions at a plastic depend on beside its coat's table: the same functions for one and for several side by side.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layers {
     /// The coat's index of refraction.
     pub eta: f32,

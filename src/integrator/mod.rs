@@ -3,8 +3,10 @@
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
 //! accelerator as one slice, hits are shaded by eight, surfaces of a kind together (`order`), shadow rays go as a second
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
-//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces, rough metals or plastics), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
-//! caustics) and `occlusion` (reflections of the environment without rays); `roots` is where it all comes together.
+//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces, rough
+//! metals or plastics), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin and `roots`
+//! where it all comes together.
 //! Knows nothing of threads, files or progress.
 
 mod alike;
@@ -19,9 +21,11 @@ mod order;
 mod path;
 mod plastics;
 mod roots;
+mod start;
 mod tally;
 mod vertex;
 mod wave;
 
+pub use start::z_order;
 pub use tally::{ClassCount, RayClass, RayLog, Tally};
-pub use wave::{Integrator, Scratch, Work, z_order};
+pub use wave::{Integrator, Scratch, Work};

@@ -6,13 +6,14 @@ use super::guide::Trail;
 use super::order::{Order, kind_of};
 use super::path::{Path, Rays, Vertex, Wave};
 use super::roots::Roots;
+use super::start::Start;
 use super::tally::{RayClass, RayLog, Tally};
 use super::vertex::{Outgoing, Seen};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::{Bsdf, Bxdf};
-use crate::core::lanes::{LANES, Vectors};
-use crate::core::{Hit, Ray, Rgb, Sampler, Wide, widely};
-use crate::film::{Film, PixelRect};
+use crate::core::lanes::LANES;
+use crate::core::{Hit, Ray, Rgb, Wide, widely};
+use crate::film::Film;
 use crate::guiding::CausticMap;
 use crate::scene::{AtMaxDepth, EightSamples, Material, Plan, Scene, Settings};
 use std::ops::Range;
@@ -43,7 +44,7 @@ pub struct Integrator<'a> {
     pub(super) caustics: Option<&'a CausticMap>,
     pub(super) capacity: usize,
     /// Which of all sequences the samplers draw.
-    seed: u32,
+    pub(super) seed: u32,
     /// Whether the first hit on anything but a mirror splits, and not the first glossy one.
     pub(super) splits_any: bool,
     /// Reflections from which on paths end by chance.
@@ -54,7 +55,7 @@ pub struct Integrator<'a> {
 /// Samples to be taken.
 #[derive(Clone, Debug)]
 pub struct Work<'a> {
-    /// Of which pixels of the image, in the order of [`z_order`].
+    /// Of which pixels of the image, in the order of [`z_order`](super::z_order).
     pub pixels: &'a [(u32, u32)],
     /// Which samples of each.
     pub samples: Range<u32>,
@@ -189,7 +190,8 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 let block = Work { pixels: block, samples: first..last, ..*work };
-                widely(Start { integrator: self, rect: film.rect, work: &block, scratch });
+                let Scratch { roots, wave, .. } = &mut *scratch;
+                widely(Start { integrator: self, rect: film.rect, work: &block, roots, wave });
                 scratch.trails.clear();
                 if !film.guides.is_empty() {
                     scratch.trails.resize(scratch.roots.len(), Trail::default());
@@ -206,39 +208,6 @@ impl<'a> Integrator<'a> {
                 }
             }
             first = last;
-        }
-    }
-
-    /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
-    /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
-    #[inline(always)]
-    fn start(&self, rect: PixelRect, work: &Work, scratch: &mut Scratch) {
-        let Settings { sampler, spp, .. } = self.scene.settings;
-        let camera = &self.scene.camera;
-        let Scratch { roots, wave, .. } = scratch;
-        roots.clear();
-        wave.clear();
-        for block in work.pixels.chunks(LANES) {
-            // Lanes without a pixel of their own repeat others.
-            let corners: [(u32, u32); LANES] = std::array::from_fn(|i| block[i % block.len()]);
-            let samplers = corners.map(|(x, y)| Sampler::new(sampler, self.seed, x, y).for_samples(spp));
-            let mut pixels = [0; LANES];
-            for (lane, &(x, y)) in block.iter().enumerate() {
-                let index = (y - rect.y0) * rect.width() + (x - rect.x0);
-                pixels[lane] = roots.add_pixel(index, samplers[lane]);
-            }
-            for index in work.samples.clone() {
-                let within = Sampler::pairs(samplers.each_ref(), [index; LANES], [0; LANES]);
-                let mut directions = Vectors::default();
-                for lane in 0..LANES {
-                    let ((x, y), [dx, dy]) = (corners[lane], within.map(|offsets| offsets[lane]));
-                    directions.set(lane, camera.direction(x as f32 + dx, y as f32 + dy));
-                }
-                for lane in 0..block.len() {
-                    let path = Path::from_camera(roots.push(pixels[lane]), index, work.split);
-                    wave.push(RayClass::Primary, path, Ray::new(camera.eye, directions.get(lane)));
-                }
-            }
         }
     }
 
@@ -401,23 +370,6 @@ impl<'a> Integrator<'a> {
     }
 }
 
-/// [`Integrator::start`], to be compiled for wide instructions.
-struct Start<'a, 'b> {
-    integrator: &'a Integrator<'b>,
-    rect: PixelRect,
-    work: &'a Work<'a>,
-    scratch: &'a mut Scratch,
-}
-
-impl Wide for Start<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.integrator.start(self.rect, self.work, self.scratch);
-    }
-}
-
 /// [`Integrator::step`], to be compiled for wide instructions.
 struct Step<'a, 'b> {
     integrator: &'a Integrator<'b>,
@@ -432,19 +384,6 @@ impl Wide for Step<'_, '_> {
     fn run(self) {
         self.integrator.step(self.scratch, self.tally);
     }
-}
-
-/// The pixels of a tile along a Z-order curve of blocks of 4 x 2.
-pub fn z_order(rect: PixelRect) -> Vec<(u32, u32)> {
-    let mut order: Vec<_> =
-        (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (x, y))).collect();
-    order.sort_by_cached_key(|&(x, y)| (interleave(x / 4) | interleave(y / 2) << 1, y, x));
-    order
-}
-
-/// Spreads the 32 bits of a number over the even bits of another.
-fn interleave(x: u32) -> u64 {
-    (0..32).fold(0, |z, bit| z | u64::from(x >> bit & 1) << (2 * bit))
 }
 
 #[cfg(test)]
