@@ -20,7 +20,6 @@ use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
 use glam::Vec3;
 
 /// The lobes of eight surfaces, all of one kind.
-#[expect(clippy::large_enum_variant, reason = "there is one at a time, on the stack")]
 pub(super) enum Lobes {
     /// Diffuse ones, by their reflectance.
     Diffuse(Colours),

@@ -3,6 +3,7 @@
 use super::*;
 use crate::accel::AccelInfo;
 use crate::accel::bvh::Bvh;
+use crate::film::PixelRect;
 use crate::integrator::z_order;
 use crate::scene::load::{Format, load_str};
 use std::path::Path;
