@@ -1,6 +1,6 @@
-//! Surfaces that are alike, eight side by side: diffuse and nothing else, rough metals or plastics, the ordinary case, which takes
-//! none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would come of it
-//! there, to the bit.
+//! Surfaces that are alike, eight side by side: diffuse and nothing else, rough metals or plastics. It is the ordinary case,
+//! which takes none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would
+//! come of it there, to the bit.
 
 use super::bounce::{Dimension, most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};

@@ -9,8 +9,8 @@ use crate::scene::load::{Format, load_str};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and an open side: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball of rough gold, one of plastic,
-/// and a silver wall that throws the lamp's light on others.
+/// A room with a lamp and an open side: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball
+/// of rough gold, one of plastic, and a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
     eye = [0, 0, 0.9]
