@@ -297,7 +297,7 @@ fn the_plan_asks_for_no_more_than_the_scene_needs() {
     assert!(!plan(&format!("{}{studio}", shape("m"))).environment_table);
     assert!(glossy.shares_out && glossy.splits_by_pilot);
     assert!(glossy.lines().iter().any(|line| line.contains("a pilot")));
-    for setting in ["spp = 7", "adaptive = false", "sampler = \"regular\"", "preset = \"suffern\""] {
+    for setting in ["spp = 3", "adaptive = false", "sampler = \"regular\"", "preset = \"suffern\""] {
         assert!(!plan(&format!("{}[settings]\n{setting}", shape("g"))).shares_out, "{setting}");
     }
     assert!(!mirror.splits_by_pilot, "a mirror does not split");
