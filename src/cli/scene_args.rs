@@ -52,7 +52,7 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "WAY", help_heading = SETTINGS)]
     direct_light: Option<DirectLight>,
 
-    /// Give noisy parts of the picture more of the samples and clean ones fewer, beyond 8 per pixel: --spp is then their
+    /// Give noisy parts of the picture more of the samples and clean ones fewer, beyond 4 per pixel: --spp is then their
     /// mean number. The default is true, but for presets and shards; --noise takes its place
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     adaptive: Option<bool>,

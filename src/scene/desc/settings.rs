@@ -40,7 +40,7 @@ pub struct SettingsDesc {
     /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
     /// noise, and a picture that is too dark. Off where it is not given.
     pub clamp_indirect: Option<f32>,
-    /// Whether noisy pixels get more of the samples than others: of those beyond 8 per pixel.
+    /// Whether noisy pixels get more of the samples than others: of those beyond 4 per pixel.
     pub adaptive: Option<bool>,
     /// Pictures beside the picture, in the EXR: `albedo`, `normal`, `depth`, `variance`.
     pub aovs: Option<Vec<Aov>>,
