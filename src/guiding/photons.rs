@@ -138,8 +138,7 @@ impl Shooter<'_> {
     }
 
     fn bsdf(&self, point: &SurfaceInteraction) -> Bsdf {
-        let geometry = &self.scene.geometries[point.geom_id as usize];
-        self.scene.materials[geometry.material as usize].bsdf(point.p)
+        self.scene.bsdf(point.geom_id, point.p)
     }
 
     /// What a photon does at a surface: it lands, if that is diffuse, and goes on, if it focuses light.

@@ -30,20 +30,20 @@ pub(super) enum Lobes {
 }
 
 impl Lobes {
-    /// The only lobes of eight surfaces of a kind, if that kind is one of these.
+    /// The lobes of eight surfaces of a kind, if that kind is one of these: only then is each `lobe` asked for.
     #[inline(always)]
-    fn of(kind: usize, lobes: [&Bxdf; LANES]) -> Option<Self> {
+    fn of(kind: usize, lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
         match kind {
             Order::DIFFUSE => {
                 let mut reflectances = Colours::default();
                 for lane in 0..LANES {
-                    let Bxdf::Diffuse(lobe) = lobes[lane] else { return None };
+                    let Bxdf::Diffuse(lobe) = lobe(lane) else { return None };
                     reflectances.set(lane, lobe.reflectance);
                 }
                 Some(Self::Diffuse(reflectances))
             }
-            Order::METAL => Metals::of(lobes).map(Self::Metal),
-            Order::PLASTIC => Plastics::of(lobes).map(Self::Plastic),
+            Order::METAL => Metals::of(lobe).map(Self::Metal),
+            Order::PLASTIC => Plastics::of(lobe).map(Self::Plastic),
             _ => None,
         }
     }
@@ -151,19 +151,14 @@ impl Integrator<'_> {
         from: [&Path; LANES],
         out: &Outgoing,
     ) -> Option<Lobes> {
-        let is_one = matches!(kind, Order::DIFFUSE | Order::METAL | Order::PLASTIC);
-        if !self.alike || !is_one || !out.trails.is_empty() {
+        if !self.alike || !out.trails.is_empty() {
             return None;
         }
-        let mut here = [Bxdf::Diffuse(Diffuse { reflectance: Rgb::BLACK }); LANES];
-        let mut lobes = [None; LANES];
-        for (lane, (_, hit)) in seen.into_iter().enumerate() {
-            lobes[lane] = self.only_lobes[hit.geom_id as usize].as_ref();
-            if lobes[lane].is_none() {
-                here[lane] = self.lobe_at(hit.geom_id, points.p.get(lane));
-            }
-        }
-        let lobes = Lobes::of(kind, std::array::from_fn(|lane| lobes[lane].unwrap_or(&here[lane])))?;
+        let lobes = Lobes::of(kind, |lane| {
+            let (_, Hit { geom_id, .. }) = seen[lane];
+            let everywhere = self.only_lobes[*geom_id as usize];
+            everywhere.unwrap_or_else(|| self.lobe_at(*geom_id, points.p.get(lane)))
+        })?;
         let rays = self.rays_of(from[0], lobes.kind());
         let finds_room = out.next.len() + LANES * rays as usize <= self.capacity;
         let splits_so = from.iter().all(|path| self.rays_of(path, lobes.kind()) == rays);
@@ -175,8 +170,7 @@ impl Integrator<'_> {
     /// The first lobe at a point of a geometry whose lobes differ from point to point.
     #[inline(never)]
     fn lobe_at(&self, geom_id: u32, p: Vec3) -> Bxdf {
-        let geometry = &self.scene.geometries[geom_id as usize];
-        *self.scene.materials[geometry.material as usize].bsdf(p).lobe(0)
+        *self.scene.bsdf(geom_id, p).lobe(0)
     }
 
     /// What the first `count` of eight surfaces with these `lobes` reflect.

@@ -19,15 +19,15 @@ pub(super) struct Metals {
 impl Metals {
     /// `None` if a lobe is no metal's.
     #[inline(always)]
-    pub(super) fn of(lobes: [&Bxdf; LANES]) -> Option<Self> {
+    pub(super) fn of(lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
         let mut metals = Self::default();
-        for (lane, lobe) in lobes.into_iter().enumerate() {
-            let Bxdf::Conductor(Conductor { reflectance, ior, alpha }) = lobe else { return None };
-            metals.alpha[lane] = *alpha;
-            metals.reflectance.set(lane, *reflectance);
+        for lane in 0..LANES {
+            let Bxdf::Conductor(Conductor { reflectance, ior, alpha }) = lobe(lane) else { return None };
+            metals.alpha[lane] = alpha;
+            metals.reflectance.set(lane, reflectance);
             if let Some(ComplexIor { eta, k }) = ior {
-                metals.eta.set(lane, *eta);
-                metals.k.set(lane, *k);
+                metals.eta.set(lane, eta);
+                metals.k.set(lane, k);
                 metals.has_ior[lane] = true;
             }
         }

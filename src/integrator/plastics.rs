@@ -20,13 +20,13 @@ pub(super) struct Plastics {
 impl Plastics {
     /// `None` if a lobe is no plastic's.
     #[inline(always)]
-    pub(super) fn of(lobes: [&Bxdf; LANES]) -> Option<Self> {
-        let Bxdf::Plastic(first) = lobes[0] else { return None };
+    pub(super) fn of(lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
+        let Bxdf::Plastic(first) = lobe(0) else { return None };
         let [eta, alpha, entering, base] = [Floats::default(); 4];
         let energy = [first.coat().energy(); LANES];
         let mut plastics = Self { eta, alpha, entering, base, transmitted: Colours::default(), energy };
-        for (lane, lobe) in lobes.into_iter().enumerate() {
-            let Bxdf::Plastic(lobe) = lobe else { return None };
+        for lane in 0..LANES {
+            let Bxdf::Plastic(lobe) = lobe(lane) else { return None };
             let Layers { eta, alpha, entering, base } = lobe.layers();
             (plastics.eta[lane], plastics.alpha[lane]) = (eta, alpha);
             (plastics.entering[lane], plastics.base[lane]) = (entering, base);

@@ -1,10 +1,10 @@
 //! The point that a ray hit, as everything above the accelerators sees it.
 
 use super::Scene;
-use crate::bxdf::Incidence;
-use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::bxdf::{Bsdf, Incidence};
+use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Skip};
-use crate::geometry::{Shape, Sphere, TriangleMesh, prefetch_hits};
+use crate::geometry::{Sphere, prefetch_hits};
 use crate::scene::SelfHit;
 use glam::Vec3;
 
@@ -30,14 +30,14 @@ pub struct SurfaceInteraction {
 }
 
 /// `n eps / (1 - n eps)`: bound of the relative error of n roundings (Higham).
-const fn gamma(n: f32) -> f32 {
+pub(super) const fn gamma(n: f32) -> f32 {
     let eps = 0.5 * f32::EPSILON;
     n * eps / (1.0 - n * eps)
 }
 
 /// Least distance that a ray starts above a surface, in the unit world: where coordinates are exact, such as on a
 /// plane through the origin, the error is 0, and a ray that starts in the plane hits its other triangles there.
-const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
+pub(super) const LEAST_OFFSET: f32 = 1.0 / (1u64 << 40) as f32;
 
 impl Scene {
     /// What `hit` means: the same for every backend.
@@ -51,156 +51,15 @@ impl Scene {
         prefetch_hits(&self.shapes, next);
     }
 
-    /// What each of eight hits means.
-    ///
-    /// The point comes from the barycentric coordinates (pbrt-v4, 6.8.5), which bounds its error by the size of the
-    /// coordinates and not by the length of the ray.
-    #[inline(always)]
-    pub fn interactions(&self, hits: [(&Ray, &Hit); LANES]) -> Interactions {
-        let (mut triangles, mut spheres) = (Triangles::default(), [None; LANES]);
-        let (mut geom_id, mut prim_id) = ([0; LANES], [0; LANES]);
-        for (lane, (ray, hit)) in hits.into_iter().enumerate() {
-            (geom_id[lane], prim_id[lane]) = (hit.geom_id, hit.prim_id);
-            match &self.shapes[hit.geom_id as usize] {
-                Shape::Mesh(mesh) => triangles.set(lane, mesh, ray, hit),
-                Shape::Spheres(of_shape) => spheres[lane] = Some(of_shape[hit.prim_id as usize]),
-            }
-        }
-        let mut interactions = Interactions { geom_id, prim_id, ..triangles.interactions() };
-        for (lane, (ray, hit)) in hits.into_iter().enumerate() {
-            if let Some(sphere) = spheres[lane] {
-                interactions.set(lane, &on_sphere(sphere, ray, hit));
-            }
-        }
-        interactions
-    }
-}
-
-/// Points of eight surfaces side by side: see [`SurfaceInteraction`].
-#[derive(Clone, Copy, Debug)]
-pub struct Interactions {
-    /// The points.
-    pub p: Vectors,
-    /// Bounds of their errors.
-    p_error: Floats,
-    /// Towards the viewers.
-    pub wo: Vectors,
-    /// The shading normals.
-    pub n: Vectors,
-    /// The geometric normals.
-    pub ng: Vectors,
-    front: [bool; LANES],
-    geom_id: [u32; LANES],
-    prim_id: [u32; LANES],
-    flat: [bool; LANES],
-    clearance: Floats,
-    clears: [bool; LANES],
-}
-
-/// Eight [`Incidence`]s side by side, on either side of their surfaces.
-///
-/// A copy, so that a compiler knows that what a loop writes is none of it.
-#[derive(Clone, Copy)]
-pub struct Incidences {
-    wo: Vectors,
-    n: Vectors,
-    ng: Vectors,
-}
-
-impl Incidences {
-    /// The one in a lane.
-    #[inline(always)]
-    pub fn get(&self, lane: usize) -> Incidence {
-        Incidence { wo: self.wo.get(lane), n: self.n.get(lane), ng: self.ng.get(lane), front: true }
-    }
-}
-
-impl Interactions {
-    /// The point in a lane.
-    #[inline(always)]
-    pub fn get(&self, lane: usize) -> SurfaceInteraction {
-        SurfaceInteraction {
-            p: self.p.get(lane),
-            p_error: self.p_error[lane],
-            at: Incidence {
-                wo: self.wo.get(lane),
-                n: self.n.get(lane),
-                ng: self.ng.get(lane),
-                front: self.front[lane],
-            },
-            geom_id: self.geom_id[lane],
-            prim_id: self.prim_id[lane],
-            flat: self.flat[lane],
-            clearance: self.clearance[lane],
-            clears: self.clears[lane],
-        }
-    }
-
-    /// The points as lobes see them that are the same on both sides.
-    #[inline(always)]
-    pub fn incidences(&self) -> Incidences {
-        Incidences { wo: self.wo, n: self.n, ng: self.ng }
-    }
-
-    /// The origins of [`spawn`](SurfaceInteraction::spawn) along `wi`.
-    #[inline(always)]
-    pub fn starts(&self, wi: &Vectors, self_hit: SelfHit) -> Vectors {
-        let mut lifts = Floats::default();
-        for lane in 0..LANES {
-            lifts[lane] = self.get(lane).lift(self_hit);
-        }
-        self.lifted(wi, &lifts)
-    }
-
-    /// The origins of [`spawn_shadow`](SurfaceInteraction::spawn_shadow) along `wi`.
-    #[inline(always)]
-    pub fn shadow_starts(&self, wi: &Vectors, self_hit: SelfHit) -> Vectors {
-        let mut lifts = Floats::default();
-        for lane in 0..LANES {
-            lifts[lane] = self.get(lane).shadow_lift(self_hit);
-        }
-        self.lifted(wi, &lifts)
-    }
-
-    #[inline(always)]
-    fn lifted(&self, wi: &Vectors, lifts: &Floats) -> Vectors {
-        let mut origins = Vectors::default();
-        for lane in 0..LANES {
-            origins.set(lane, self.get(lane).start(wi.get(lane), lifts[lane]));
-        }
-        origins
-    }
-
-    /// The ray of [`spawn`](SurfaceInteraction::spawn) in a lane, without an end, from what [`starts`](Self::starts) gave.
-    #[inline(always)]
-    pub fn ray(&self, lane: usize, origin: Vec3, wi: Vec3, self_hit: SelfHit) -> Ray {
-        let skip = self.get(lane).rule(wi, self_hit);
-        Ray { origin, t_min: 0.0, dir: wi, t_max: f32::INFINITY, skip }
-    }
-
-    /// The ray of [`spawn_shadow`](SurfaceInteraction::spawn_shadow) in a lane, from what
-    /// [`shadow_starts`](Self::shadow_starts) gave.
-    #[inline(always)]
-    pub fn shadow_ray(&self, lane: usize, origin: Vec3, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
-        self.get(lane).shadow_ray(origin, wi, t_max, self_hit)
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, point: &SurfaceInteraction) {
-        self.p.set(lane, point.p);
-        self.p_error[lane] = point.p_error;
-        self.wo.set(lane, point.at.wo);
-        self.n.set(lane, point.at.n);
-        self.ng.set(lane, point.at.ng);
-        self.front[lane] = point.at.front;
-        (self.geom_id[lane], self.prim_id[lane]) = (point.geom_id, point.prim_id);
-        (self.flat[lane], self.clearance[lane], self.clears[lane]) =
-            (point.flat, point.clearance, point.clears);
+    /// The lobes at a point of a geometry.
+    pub fn bsdf(&self, geom_id: u32, p: Vec3) -> Bsdf {
+        let geometry = &self.geometries[geom_id as usize];
+        self.materials[geometry.material as usize].bsdf(p)
     }
 }
 
 /// The point of a sphere that a ray hit.
-fn on_sphere(sphere: Sphere, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+pub(super) fn on_sphere(sphere: Sphere, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
     let wo = -ray.dir;
     let ng = sphere.normal_at(ray.at(hit.t));
     let error = gamma(16.0) * (sphere.center.abs().max_element() + sphere.radius);
@@ -218,94 +77,18 @@ fn on_sphere(sphere: Sphere, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
     }
 }
 
-/// Eight triangles with a point of each and where it is seen from. Lanes without one have zeros, of which nobody asks
-/// what comes out.
-#[derive(Default)]
-struct Triangles {
-    corners: [Vectors; 3],
-    /// Normals at the corners; zeros where the mesh has none.
-    normals: [Vectors; 3],
-    u: Floats,
-    v: Floats,
-    wo: Vectors,
-}
-
-impl Triangles {
-    #[inline(always)]
-    fn set(&mut self, lane: usize, mesh: &TriangleMesh, ray: &Ray, hit: &Hit) {
-        let corners = mesh.indices()[hit.prim_id as usize];
-        for (all, v) in self.corners.iter_mut().zip(corners) {
-            all.set(lane, mesh.positions()[v as usize]);
-        }
-        if let normals @ [_, ..] = mesh.normals() {
-            for (all, v) in self.normals.iter_mut().zip(corners) {
-                all.set(lane, normals[v as usize]);
-            }
-        }
-        (self.u[lane], self.v[lane]) = (hit.u, hit.v);
-        self.wo.set(lane, -ray.dir);
-    }
-
-    /// The points, but for the numbers of their primitives.
-    #[inline(always)]
-    fn interactions(&self) -> Interactions {
-        let mut points = Interactions {
-            p: Vectors::default(),
-            p_error: Floats::default(),
-            wo: self.wo,
-            n: Vectors::default(),
-            ng: Vectors::default(),
-            front: [false; LANES],
-            geom_id: [0; LANES],
-            prim_id: [0; LANES],
-            flat: [true; LANES],
-            clearance: Floats::default(),
-            clears: [false; LANES],
-        };
-        let mut bent = [false; LANES];
-        for i in 0..LANES {
-            let [a, b, c] = [self.corners[0].get(i), self.corners[1].get(i), self.corners[2].get(i)];
-            let weights = [1.0 - self.u[i] - self.v[i], self.u[i], self.v[i]];
-            points.p.set(i, weights[0] * a + weights[1] * b + weights[2] * c);
-            let sum = (weights[0] * a).abs() + (weights[1] * b).abs() + (weights[2] * c).abs();
-            let Plane { ng, clearance, thin } = plane(a, b, c);
-            points.p_error[i] = (gamma(7.0) * ng.abs().dot(sum)).max(LEAST_OFFSET);
-            points.clearance[i] = clearance;
-            points.clears[i] = !thin;
-            let wo = self.wo.get(i);
-            let front = ng.dot(wo) >= 0.0;
-            let ng = if front { ng } else { -ng };
-            points.front[i] = front;
-            points.ng.set(i, ng);
-
-            let [na, nb, nc] = [self.normals[0].get(i), self.normals[1].get(i), self.normals[2].get(i)];
-            let n = weights[0] * na + weights[1] * nb + weights[2] * nc;
-            let scale = 1.0 / n.length();
-            let n = n * if n.dot(ng) < 0.0 { -scale } else { scale };
-            // Not where there is no normal, so that the scale is infinite.
-            let seen = (scale < f32::INFINITY) & (n.dot(wo) > 0.0);
-            points.n.set(i, if seen { n } else { ng });
-            bent[i] = seen & !mirror_leaves(n, ng, wo);
-        }
-        for i in (0..LANES).filter(|&i| bent[i]) {
-            points.n.set(i, bent_normal(points.n.get(i), points.ng.get(i), self.wo.get(i)));
-        }
-        points
-    }
-}
-
 /// The plane of a triangle.
-struct Plane {
+pub(super) struct Plane {
     /// Unit normal, computed in f64, where the cross product of the edges does not cancel.
-    ng: Vec3,
+    pub(super) ng: Vec3,
     /// See [`clearance`].
-    clearance: f32,
+    pub(super) clearance: f32,
     /// Whether the square of the longest edge is more than [`MOST_STRETCHED`] times twice the area.
-    thin: bool,
+    pub(super) thin: bool,
 }
 
 #[inline(always)]
-fn plane(a: Vec3, b: Vec3, c: Vec3) -> Plane {
+pub(super) fn plane(a: Vec3, b: Vec3, c: Vec3) -> Plane {
     let longest_squared =
         (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
     let a = a.as_dvec3();
@@ -335,13 +118,13 @@ const MOST_STRETCHED: f32 = 16.0;
 
 /// Whether the mirror direction about `n` leaves the surface: `r . ng > 0` with `r = 2 (n . wo) n - wo`.
 #[inline(always)]
-fn mirror_leaves(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
+pub(super) fn mirror_leaves(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
     2.0 * n.dot(wo) * n.dot(ng) > wo.dot(ng)
 }
 
 /// The interpolated normal `n`, which faces the viewer, bent towards `ng` as little as makes the mirror direction leave
 /// the surface.
-fn bent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
+pub(super) fn bent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
     // The normal halfway between wo and its mirror image just above the tangent plane, in the plane of n and ng; not
     // where the two are so nearly opposite that nothing but rounding is left of their sum.
     let r = 2.0 * n.dot(wo) * n - wo;
@@ -373,7 +156,7 @@ impl SurfaceInteraction {
 
     /// The ray of [`spawn_shadow`](Self::spawn_shadow) from its `origin`.
     #[inline(always)]
-    fn shadow_ray(&self, origin: Vec3, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
+    pub(super) fn shadow_ray(&self, origin: Vec3, wi: Vec3, t_max: f32, self_hit: SelfHit) -> Ray {
         let ray = Ray { origin, t_min: 0.0, dir: wi, t_max, skip: Skip::None };
         match self_hit {
             SelfHit::Geometry => Ray { skip: self.rule(wi, self_hit), ..ray },
@@ -385,14 +168,14 @@ impl SurfaceInteraction {
 
     /// Where a ray along `wi` starts: on its side of the surface, by `lift` above the error of the point.
     #[inline(always)]
-    fn start(&self, wi: Vec3, lift: f32) -> Vec3 {
+    pub(super) fn start(&self, wi: Vec3, lift: f32) -> Vec3 {
         let side = if self.is_above(wi) { self.at.ng } else { -self.at.ng };
         self.p + side * (self.p_error + lift)
     }
 
     /// What is added to the error of the point: something where no rule keeps rays from the surface.
     #[inline(always)]
-    fn lift(&self, self_hit: SelfHit) -> f32 {
+    pub(super) fn lift(&self, self_hit: SelfHit) -> f32 {
         match self_hit {
             // The lesser of the two also where a triangle without area has no number.
             SelfHit::Offset => self.clearance.min(MOST_CLEARANCE),
@@ -402,7 +185,7 @@ impl SurfaceInteraction {
 
     /// The same for shadow rays, where they have no rule.
     #[inline(always)]
-    fn shadow_lift(&self, self_hit: SelfHit) -> f32 {
+    pub(super) fn shadow_lift(&self, self_hit: SelfHit) -> f32 {
         match self_hit {
             SelfHit::Primitive if self.clears => self.clearance,
             _ => self.lift(self_hit),
@@ -411,7 +194,7 @@ impl SurfaceInteraction {
 
     /// What a ray along `wi` must not hit.
     #[inline(always)]
-    fn rule(&self, wi: Vec3, self_hit: SelfHit) -> Skip {
+    pub(super) fn rule(&self, wi: Vec3, self_hit: SelfHit) -> Skip {
         match self_hit {
             SelfHit::Geometry => Skip::Geometry(self.geom_id),
             // A ray that goes into a sphere must meet its far side.

@@ -7,6 +7,7 @@
 pub mod camera;
 pub mod desc;
 pub mod interaction;
+pub mod interactions;
 pub mod light;
 pub mod load;
 pub mod material;
@@ -17,7 +18,8 @@ pub mod world;
 
 pub use camera::Camera;
 pub use desc::{SceneDesc, schema};
-pub use interaction::{Interactions, SurfaceInteraction};
+pub use interaction::SurfaceInteraction;
+pub use interactions::Interactions;
 pub use light::{
     EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver, Receivers,
 };
