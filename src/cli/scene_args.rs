@@ -61,6 +61,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
 
+    /// Find edges of lamps that the camera sees by rays of their own, which are not shaded: unbiased, and clean edges
+    #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
+    emitter_edges: Option<bool>,
+
     /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
     /// biased, which the EXR says
     #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
@@ -102,6 +106,7 @@ impl SceneArgs {
             ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
             ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
+            ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];

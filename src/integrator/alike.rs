@@ -371,6 +371,7 @@ impl Integrator<'_> {
                 receiver_n: points.n.get(lane),
                 lobes_look: true,
                 emission_only: false,
+                emission_apart: false,
                 followed: false,
                 ..*path
             };

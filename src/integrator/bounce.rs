@@ -341,6 +341,7 @@ impl Integrator<'_> {
             receiver_n: point.at.n,
             lobes_look: leaving.lobes_look,
             emission_only: leaving.emission_only[lobe],
+            emission_apart: false,
             followed: leaving.followed == Some(lobe) && index == path.index.wrapping_mul(leaving.count[lobe]),
         };
         let class = if bxdf.kind() == LobeKind::Diffuse { RayClass::Diffuse } else { RayClass::Glossy };

@@ -5,13 +5,14 @@
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
 //! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces, rough
 //! metals or plastics), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
-//! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin and `roots`
-//! where it all comes together.
-//! Knows nothing of threads, files or progress.
+//! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin, `edges` those that
+//! look for edges of lamps alone, and `roots` where it all comes together.
+//! Knows nothing of files or progress, nor of threads but where edges are looked for before the picture.
 
 mod alike;
 mod bounce;
 mod direct;
+mod edges;
 mod eight;
 mod guide;
 mod guided;
@@ -26,6 +27,7 @@ mod tally;
 mod vertex;
 mod wave;
 
+pub use edges::EmitterEdges;
 pub use start::z_order;
 pub use tally::{ClassCount, RayClass, RayLog, Tally};
 pub use wave::{Integrator, Scratch, Work};

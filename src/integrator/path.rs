@@ -33,6 +33,8 @@ pub(super) struct Path {
     pub lobes_look: bool,
     /// Whether only light that comes straight from a light counts.
     pub emission_only: bool,
+    /// Whether the emission of the first surface is found by other rays.
+    pub emission_apart: bool,
     /// Whether what it meets is what the camera sample shows: nothing but mirrors and the like came before.
     pub followed: bool,
 }
@@ -52,6 +54,7 @@ impl Path {
             receiver_n: Vec3::Z,
             lobes_look: false,
             emission_only: false,
+            emission_apart: false,
             followed: true,
         }
     }

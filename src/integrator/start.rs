@@ -1,5 +1,6 @@
 //! Camera rays: the first wave.
 
+use super::edges::Looks;
 use super::path::{Path, Wave};
 use super::roots::Roots;
 use super::tally::RayClass;
@@ -19,6 +20,8 @@ pub(super) struct Start<'a, 'b> {
     pub roots: &'a mut Roots,
     /// The wave to be filled.
     pub wave: &'a mut Wave,
+    /// Rays that look for emitters.
+    pub looks: &'a mut Looks,
 }
 
 impl Wide for Start<'_, '_> {
@@ -26,7 +29,7 @@ impl Wide for Start<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        self.integrator.start(self.rect, self.work, self.roots, self.wave);
+        self.integrator.start(self.rect, self.work, self.roots, (self.wave, self.looks));
     }
 }
 
@@ -34,11 +37,12 @@ impl Integrator<'_> {
     /// Fills the first wave with camera rays, in blocks of 4 x 2 pixels: sample by sample within a block, so that
     /// eight neighbours in the wave are neighbours in the image and all samples of a pixel stay close together.
     #[inline(always)]
-    fn start(&self, rect: PixelRect, work: &Work, roots: &mut Roots, wave: &mut Wave) {
+    fn start(&self, rect: PixelRect, work: &Work, roots: &mut Roots, (wave, looks): (&mut Wave, &mut Looks)) {
         let Settings { sampler, spp, .. } = self.scene.settings;
         let camera = &self.scene.camera;
         roots.clear();
         wave.clear();
+        looks.clear();
         for block in work.pixels.chunks(LANES) {
             // Lanes without a pixel of their own repeat others.
             let corners: [(u32, u32); LANES] = std::array::from_fn(|i| block[i % block.len()]);
@@ -56,7 +60,11 @@ impl Integrator<'_> {
                     directions.set(lane, camera.direction(x as f32 + dx, y as f32 + dy));
                 }
                 for lane in 0..block.len() {
-                    let path = Path::from_camera(roots.push(pixels[lane]), index, work.split);
+                    let mut path = Path::from_camera(roots.push(pixels[lane]), index, work.split);
+                    if self.edges.is_some_and(|edges| edges.at(corners[lane])) {
+                        path.emission_apart = true;
+                        looks.add(camera, corners[lane], (path.slot, &samplers[lane]), index);
+                    }
                     wave.push(RayClass::Primary, path, Ray::new(camera.eye, directions.get(lane)));
                 }
             }

@@ -108,6 +108,7 @@ impl Integrator<'_> {
         // Light of the surface's own.
         if let Some(emission) = material.emission
             && (point.at.front || material.emits_both_sides)
+            && !path.emission_apart
         {
             let weight = geometry
                 .light

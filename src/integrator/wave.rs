@@ -1,6 +1,7 @@
 //! The wave loop: all paths of a wave take one step together.
 
 use super::bounce::Leaving;
+use super::edges::{EmitterEdges, Looks};
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
 use super::order::{Order, kind_of};
@@ -42,6 +43,8 @@ pub struct Integrator<'a> {
     pub(super) likely: Likely,
     /// Where diffuse surfaces look for caustics, if there are any.
     pub(super) caustics: Option<&'a CausticMap>,
+    /// Where edges of emitters are seen, if any are to be found by rays of their own.
+    pub(super) edges: Option<&'a EmitterEdges>,
     pub(super) capacity: usize,
     /// Which of all sequences the samplers draw.
     pub(super) seed: u32,
@@ -73,6 +76,7 @@ pub struct Scratch {
     hits: Vec<Option<Hit>>,
     order: Order,
     shadows: Shadows,
+    looks: Looks,
     waiting: Waiting,
     /// What denoisers are told of each root; empty where nobody asks.
     trails: Vec<Trail>,
@@ -139,6 +143,7 @@ impl<'a> Integrator<'a> {
             likely: Likely::of(scene, samples_lights, &bsdfs),
             bsdfs,
             caustics: None,
+            edges: None,
             capacity: CAPACITY,
             seed: scene.settings.seed,
             splits_any: scene.settings.glossy_samples.splits_any(),
@@ -150,6 +155,12 @@ impl<'a> Integrator<'a> {
     /// Sends rays of diffuse surfaces where `caustics` come from.
     pub fn guided_by(mut self, caustics: &'a CausticMap) -> Self {
         self.caustics = Some(caustics).filter(|caustics| !caustics.is_empty());
+        self
+    }
+
+    /// Finds emitters by rays of their own in pixels where `edges` of some are seen.
+    pub fn with_edges(mut self, edges: &'a EmitterEdges) -> Self {
+        self.edges = Some(edges).filter(|edges| !edges.is_empty());
         self
     }
 
@@ -190,8 +201,9 @@ impl<'a> Integrator<'a> {
                     return;
                 }
                 let block = Work { pixels: block, samples: first..last, ..*work };
-                let Scratch { roots, wave, .. } = &mut *scratch;
-                widely(Start { integrator: self, rect: film.rect, work: &block, roots, wave });
+                let Scratch { roots, wave, looks, .. } = &mut *scratch;
+                widely(Start { integrator: self, rect: film.rect, work: &block, roots, wave, looks });
+                self.find_emitters(looks, roots, tally);
                 scratch.trails.clear();
                 if !film.guides.is_empty() {
                     scratch.trails.resize(scratch.roots.len(), Trail::default());
@@ -261,7 +273,7 @@ impl<'a> Integrator<'a> {
     /// Shades the hits of one class of the wave.
     #[inline(always)]
     fn shade_all(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
-        let Scratch { roots, wave, next, hits, order, shadows, waiting, trails } = scratch;
+        let Scratch { roots, wave, next, hits, order, shadows, waiting, trails, .. } = scratch;
         let Rays { paths, rays } = &wave.classes[class as usize];
         let waiting = waiting.lists.last_mut().expect("each step begins with a list");
         let mut out = Outgoing { roots, next, waiting, shadows, trails, tally };

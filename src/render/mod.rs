@@ -14,7 +14,7 @@ mod tile;
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
-use crate::integrator::{Integrator, Scratch, Work};
+use crate::integrator::{EmitterEdges, Integrator, Scratch, Work};
 use crate::scene::{Plan, Scene};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -158,10 +158,14 @@ pub fn render(
     let preparing = Instant::now();
     let caustics = pool.install(|| CausticMap::of(scene, accel));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
-    picture.integrator = picture.integrator.guided_by(&caustics);
+    let edges = pool.install(|| EmitterEdges::of(scene, accel));
+    picture.integrator = picture.integrator.guided_by(&caustics).with_edges(&edges);
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot {
-        let pilot = Integrator::new(scene, accel).guided_by(&caustics).with_seed(!scene.settings.seed);
+        let pilot = Integrator::new(scene, accel)
+            .guided_by(&caustics)
+            .with_edges(&edges)
+            .with_seed(!scene.settings.seed);
         pool.install(|| split::best(scene, &pilot, stop))
     } else {
         plan.split

@@ -1,6 +1,7 @@
 //! The pinhole camera.
 
-use glam::{DVec3, Vec3};
+use crate::geometry::Aabb;
+use glam::{DVec3, Vec2, Vec3};
 
 /// A pinhole camera in the unit world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +31,24 @@ impl Camera {
             down: (down * pixel).as_vec3(),
             resolution,
         }
+    }
+
+    /// Least and greatest coordinates in the image, in pixels from the upper left corner, of what is within `bounds`; `None`
+    /// where not all of that is before the camera.
+    pub fn image_of(&self, Aabb { min, max }: Aabb) -> Option<[Vec2; 2]> {
+        let half = 0.5 * Vec2::from(self.resolution.map(|n| n as f32));
+        let [across, down] = [self.right, self.down].map(|axis| axis / axis.length_squared());
+        let corner = |i: usize| Vec3::from_array(std::array::from_fn(|axis| [min, max][i >> axis & 1][axis]));
+        let (mut least, mut most) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for to_corner in (0..8).map(|i| corner(i) - self.eye) {
+            let depth = to_corner.dot(self.forward);
+            if depth <= 0.0 {
+                return None;
+            }
+            let seen = half + Vec2::new(to_corner.dot(across), to_corner.dot(down)) / depth;
+            (least, most) = (least.min(seen), most.max(seen));
+        }
+        Some([least, most])
     }
 
     /// The unit direction through the point `(x, y)` of the image, in pixels from the upper left corner.

@@ -50,7 +50,8 @@ pub struct Interactions {
     pub n: Vectors,
     /// The geometric normals.
     pub ng: Vectors,
-    front: [bool; LANES],
+    /// Whether the viewers are on the outer sides.
+    pub front: [bool; LANES],
     geom_id: [u32; LANES],
     prim_id: [u32; LANES],
     flat: [bool; LANES],

@@ -33,7 +33,7 @@ pub use settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfH
 pub use world::World;
 
 use crate::core::Rgb;
-use crate::geometry::Shape;
+use crate::geometry::{Aabb, Shape};
 
 /// What one shape looks like; parallel to [`Scene::shapes`].
 #[derive(Clone, Debug)]
@@ -69,4 +69,13 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Hash of the description and of every file that it names, in hexadecimal.
     pub hash: String,
+}
+
+impl Scene {
+    /// The bounds of each shape that emits.
+    pub fn emitters(&self) -> impl Iterator<Item = Aabb> {
+        let emits = |geometry: &Geometry| self.materials[geometry.material as usize].emission.is_some();
+        let of_geometries = self.shapes.iter().zip(&self.geometries);
+        of_geometries.filter(move |(_, geometry)| emits(geometry)).map(|(shape, _)| shape.bounds())
+    }
 }

@@ -22,6 +22,8 @@ pub struct Plan {
     pub has_glossy: bool,
     /// Whether a surface is a mirror or smooth glass.
     pub has_delta: bool,
+    /// Whether a shape emits.
+    pub has_emitters: bool,
     /// Whether rays go on from surfaces.
     pub bounces: bool,
     /// Rays into which the first hit of a path splits, unless a pilot finds out.
@@ -40,6 +42,8 @@ pub struct Plan {
     pub environment_table: bool,
     /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
     pub guides: bool,
+    /// Whether edges of emitters that the camera sees get rays of their own.
+    pub emitter_edges: bool,
     /// Whether samples are shared out by noise.
     pub shares_out: bool,
     /// Whether rays say what they must not hit: else an accelerator need not be ready for it.
@@ -53,6 +57,7 @@ impl Plan {
         let used = || scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
         let has_diffuse = used().any(|m| m.diffuse.is_some());
         let (has_glossy, has_delta) = (used().any(is_glossy), used().any(is_delta));
+        let has_emitters = used().any(|m| m.emission.is_some());
         let has_lobes = has_diffuse || has_glossy || has_delta;
         let goes_on = settings.max_depth > 0 || settings.at_max_depth == AtMaxDepth::Roulette;
         let lights = LightUse::of(scene, has_diffuse, has_glossy);
@@ -66,6 +71,7 @@ impl Plan {
             has_diffuse,
             has_glossy,
             has_delta,
+            has_emitters,
             bounces,
             split: if can_split { settings.glossy_samples.at(0) } else { 1 },
             splits_any,
@@ -80,6 +86,7 @@ impl Plan {
                 && has_diffuse
                 && (has_glossy || has_delta)
                 && lights.samples,
+            emitter_edges: settings.emitter_edges && has_emitters,
             shares_out: settings.shares_out(settings.spp),
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
         }
@@ -122,6 +129,11 @@ impl Plan {
             self.guides,
             "photons say where caustics come from",
             "photons (no caustic can fall on a diffuse surface, or none is wanted)",
+        );
+        say(
+            self.emitter_edges,
+            "edges of emitters that the camera sees get rays of their own",
+            "rays for edges of emitters (no shape emits, or none are wanted)",
         );
         say(
             self.needs_skip,

@@ -40,6 +40,7 @@ impl Preset {
             direct_light: DirectLight::Mis,
             diffuse_bounces: false,
             guiding: false,
+            emitter_edges: false,
             highlights: false,
             clamp_indirect: None,
             adaptive: false,

@@ -183,6 +183,8 @@ pub struct Settings {
     pub diffuse_bounces: bool,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: bool,
+    /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
+    pub emitter_edges: bool,
     /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
     /// the lecture has it, and point and directional lights, which no ray can hit, do not shine on it.
     pub highlights: bool,
@@ -229,6 +231,7 @@ impl Default for Settings {
             direct_light: DirectLight::default(),
             diffuse_bounces: true,
             guiding: true,
+            emitter_edges: true,
             highlights: true,
             clamp_indirect: None,
             adaptive: true,

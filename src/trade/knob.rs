@@ -25,6 +25,8 @@ pub enum Knob {
     Sampler,
     /// Whether diffuse surfaces look where photons say that caustics come from
     Guiding,
+    /// Whether edges of lamps that the camera sees get rays of their own
+    EmitterEdges,
     /// The same samples everywhere, or where the noise is
     Adaptive,
     /// The most radiance that light reflected more than once brings a sample
@@ -46,7 +48,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -55,6 +57,7 @@ impl Knob {
         Self::DirectLight,
         Self::Sampler,
         Self::Guiding,
+        Self::EmitterEdges,
         Self::Adaptive,
         Self::Clamp,
         Self::Occlusion,
@@ -90,6 +93,7 @@ impl Knob {
             }
             Self::DirectLight if !plan.samples_lights => Some("no light is sampled"),
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
+            Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
             _ => None,
@@ -108,7 +112,8 @@ impl Knob {
             Self::Sampler => {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
-            Self::Guiding => guidings(base),
+            Self::Guiding => on_and_off(base, "settings.guiding"),
+            Self::EmitterEdges => on_and_off(base, "settings.emitter_edges"),
             Self::Adaptive => adaptive(base),
             Self::Clamp => clamps(base),
             Self::Occlusion => {
@@ -231,8 +236,8 @@ fn clamps(base: &Way) -> Vec<Choice> {
     [1, 3, 10].map(clamp).into_iter().chain([off]).collect()
 }
 
-fn guidings(base: &Way) -> Vec<Choice> {
-    [true, false].map(|on| (on.to_string(), Ok(base.clone().with("settings.guiding", on)))).into()
+fn on_and_off(base: &Way, setting: &str) -> Vec<Choice> {
+    [true, false].map(|on| (on.to_string(), Ok(base.clone().with(setting, on)))).into()
 }
 
 fn adaptive(base: &Way) -> Vec<Choice> {

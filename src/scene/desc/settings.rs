@@ -35,6 +35,8 @@ pub struct SettingsDesc {
     pub diffuse_bounces: Option<bool>,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: Option<bool>,
+    /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
+    pub emitter_edges: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
     /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
@@ -69,6 +71,7 @@ impl SettingsDesc {
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
             guiding: self.guiding.unwrap_or(preset.guiding),
+            emitter_edges: self.emitter_edges.unwrap_or(preset.emitter_edges),
             adaptive: self.adaptive.unwrap_or(preset.adaptive),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),
             occlusion: self.occlusion.unwrap_or(preset.occlusion),
