@@ -205,11 +205,8 @@ impl LightTree {
             for i in 0..before {
                 let (lane, node) = nodes[i];
                 let node = &self.nodes[node as usize];
-                let (importances, total) = node.importances(&to.get(lane));
-                if total <= 0.0 {
-                    continue;
-                }
-                let (child, share, rest) = pick(&importances, total, chosen.rest[lane]);
+                let importances = node.emissions.importances(&to.get(lane));
+                let Some((child, share, rest)) = pick(&importances, chosen.rest[lane]) else { continue };
                 chosen.probability[lane] *= share;
                 chosen.rest[lane] = rest;
                 match node.links[child] {
@@ -248,19 +245,25 @@ impl LightTree {
     }
 }
 
-/// The child that `choice` falls on, its share of the total, and what is left of `choice`.
+/// The child that `choice` falls on, its share of all importance, and what is left of `choice`; `None` where no child is of
+/// any importance.
 #[inline(always)]
-fn pick(importances: &Floats, total: f32, choice: f64) -> (usize, f64, f64) {
-    let at = choice * f64::from(total);
-    let (mut child, mut before, mut sum) = (0, 0.0, 0.0);
-    for (i, &importance) in importances.iter().enumerate() {
-        if (importance > 0.0) & (sum <= at as f32) {
-            (child, before) = (i, sum);
-        }
-        sum += importance;
+fn pick(importances: &Floats, choice: f64) -> Option<(usize, f64, f64)> {
+    let mut before = [0.0; LANES + 1];
+    for child in 0..LANES {
+        before[child + 1] = before[child] + importances[child];
     }
+    let total = before[LANES];
+    if total <= 0.0 {
+        return None;
+    }
+    let at = choice * f64::from(total);
+    // One whose end lies beyond it is of some importance.
+    let place = (at as f32).min(total.next_down());
+    let child = before[1..].iter().map(|&end| usize::from(end <= place)).sum::<usize>();
     let importance = f64::from(importances[child]);
-    (child, importance / f64::from(total), below_one((at - f64::from(before)) / importance))
+    let rest = below_one((at - f64::from(before[child])) / importance);
+    Some((child, importance / f64::from(total), rest))
 }
 
 /// Parts two or more leaves into up to eight groups, each with its depth of halving: the group of most leaves is parted
