@@ -163,6 +163,13 @@ impl CosinePower {
         About::new(exponent, at).drawn(u, policy)
     }
 
+    /// The value of a lobe with this exponent, the same for any colour, and its density, both in 1/sr; zeros below the surface.
+    /// Not for [`Horizon::Reject`], which divides by the mass above the surface.
+    #[inline(always)]
+    pub fn value(exponent: f32, policy: Policy, at: &Incidence, wi: Vec3) -> [f32; 2] {
+        About::new(exponent, at).value(policy, wi)
+    }
+
     #[inline(never)]
     pub(super) fn f_cos_and_pdf(&self, at: &Incidence, wi: Vec3) -> (Rgb, f32) {
         self.prepare(at).f_cos_and_pdf(wi)
@@ -173,16 +180,26 @@ impl CosinePower {
         self.prepare(at).sample(u)
     }
 
+    #[inline]
     pub(super) fn albedo(&self, at: &Incidence) -> Rgb {
-        let exponent = self.exponent.min(Self::MAX_EXPONENT);
-        self.reflectance
-            * match self.horizon {
-                Horizon::Fold | Horizon::Reject => 1.0,
-                Horizon::FoldWeighted | Horizon::Clip => {
-                    mass_above(exponent, at.mirror_direction().dot(at.ng))
-                }
-                Horizon::ModifiedPhong => modified_phong_albedo(exponent, at.n.dot(at.wo)),
-            }
+        self.reflectance * Self::whole_albedo(self.exponent, self.policy(), at)
+    }
+
+    /// The albedo of a lobe with this exponent and the reflectance 1.
+    #[inline(always)]
+    pub fn whole_albedo(exponent: f32, policy: Policy, at: &Incidence) -> f32 {
+        if policy.turns > 0.0 && policy.divides == 0.0 { 1.0 } else { partial_albedo(exponent, policy, at) }
+    }
+}
+
+/// The same where a part of the lobe is lost.
+#[inline(never)]
+fn partial_albedo(exponent: f32, policy: Policy, at: &Incidence) -> f32 {
+    let exponent = exponent.min(CosinePower::MAX_EXPONENT);
+    if policy.reciprocal > 0.0 {
+        modified_phong_albedo(exponent, at.n.dot(at.wo))
+    } else {
+        mass_above(exponent, at.mirror_direction().dot(at.ng))
     }
 }
 
@@ -202,14 +219,11 @@ impl PreparedCosinePower {
     /// Both, with what they share done once.
     #[inline]
     pub(super) fn f_cos_and_pdf(&self, wi: Vec3) -> (Rgb, f32) {
-        let Some((p, m)) = self.about.evaluate(wi) else { return (Rgb::BLACK, 0.0) };
-        let weight = match self.lobe.horizon {
-            Horizon::Fold => m * p,
-            Horizon::FoldWeighted | Horizon::Clip | Horizon::Reject => p,
-            Horizon::ModifiedPhong => self.about.reciprocal_weight(wi) * p,
+        let [f_cos, pdf] = match self.lobe.horizon {
+            Horizon::Reject => [self.about.evaluate(wi).0; 2],
+            _ => self.about.value(self.policy, wi),
         };
-        let pdf = if matches!(self.lobe.horizon, Horizon::Clip | Horizon::Reject) { p } else { m * p };
-        (self.lobe.reflectance * weight, pdf)
+        (self.lobe.reflectance * f_cos, pdf)
     }
 
     /// See [`Bxdf::sample`].
@@ -252,19 +266,26 @@ impl About {
         Self { frame, n: at.n, ng: at.ng, exponent, norm: (exponent + 1.0) / TAU }
     }
 
-    /// The lobe in 1/sr and the number of directions that fold to `wi`; `None` where the lobe is 0.
-    #[inline]
-    fn evaluate(&self, wi: Vec3) -> Option<(f32, f32)> {
+    /// The lobe in 1/sr, 0 below the surface, and the number of directions that fold to `wi`.
+    #[inline(always)]
+    fn evaluate(&self, wi: Vec3) -> (f32, f32) {
         let r = self.frame.n;
         let height = self.ng.dot(wi);
         // 1 - cos alpha from the chord: exact where the cosine is all rounding error.
         let fall = 0.5 * (wi - r).length_squared();
-        if fall >= 1.0 || height <= 0.0 {
-            return None;
-        }
         let p = self.norm * exponential::exp(self.exponent * exponential::ln_1p(-fall));
         let turned_height = 2.0 * (1.0 - fall) * r.dot(self.ng) - height;
-        Some((p, if turned_height <= 0.0 { 2.0 } else { 1.0 }))
+        let is_there = (fall < 1.0) & (height > 0.0);
+        (if is_there { p } else { 0.0 }, if turned_height <= 0.0 { 2.0 } else { 1.0 })
+    }
+
+    /// The value without its colour and the density, by a policy that draws once.
+    #[inline(always)]
+    fn value(&self, policy: Policy, wi: Vec3) -> [f32; 2] {
+        let (p, m) = self.evaluate(wi);
+        let folded = if policy.turns > 0.0 { m * p } else { p };
+        let value = if policy.divides > 0.0 { p } else { folded };
+        [if policy.reciprocal > 0.0 { self.reciprocal_weight(wi) * p } else { value }, folded]
     }
 
     /// `f |n . wi| / p` of the reciprocal lobe of reflectance 1.

@@ -1,6 +1,6 @@
-//! Surfaces that are alike, eight side by side: diffuse and nothing else, rough metals or plastics. It is the ordinary case,
-//! which takes none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a surface here is what would
-//! come of it there, to the bit.
+//! Surfaces that are alike, eight side by side: diffuse, rough metals, plastics, cosine powers, or diffuse with a cosine power.
+//! It is the ordinary case, which takes none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a
+//! surface here is what would come of it there, to the bit.
 
 use super::bounce::{Dimension, most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
@@ -10,16 +10,17 @@ use super::metals::Metals;
 use super::order::Order;
 use super::path::Path;
 use super::plastics::Plastics;
+use super::powers::ColouredPowers;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, Diffuse, LobeKind};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
-use crate::core::{Hit, Ray, Rgb};
+use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
 use glam::Vec3;
 
-/// The lobes of eight surfaces, all of one kind.
+/// One lobe of each of eight surfaces, all of one kind.
 pub(super) enum Lobes {
     /// Diffuse ones, by their reflectance.
     Diffuse(Colours),
@@ -27,6 +28,8 @@ pub(super) enum Lobes {
     Metal(Metals),
     /// Those of plastics.
     Plastic(Plastics),
+    /// Cosine powers.
+    Power(ColouredPowers),
 }
 
 impl Lobes {
@@ -34,18 +37,23 @@ impl Lobes {
     #[inline(always)]
     fn of(kind: usize, lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
         match kind {
-            Order::DIFFUSE => {
-                let mut reflectances = Colours::default();
-                for lane in 0..LANES {
-                    let Bxdf::Diffuse(lobe) = lobe(lane) else { return None };
-                    reflectances.set(lane, lobe.reflectance);
-                }
-                Some(Self::Diffuse(reflectances))
-            }
+            Order::DIFFUSE => Self::diffuse(lobe),
             Order::METAL => Metals::of(lobe).map(Self::Metal),
             Order::PLASTIC => Plastics::of(lobe).map(Self::Plastic),
+            Order::POWER => ColouredPowers::of(lobe).map(Self::Power),
             _ => None,
         }
+    }
+
+    /// `None` if a lobe is not diffuse.
+    #[inline(always)]
+    fn diffuse(lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
+        let mut reflectances = Colours::default();
+        for lane in 0..LANES {
+            let Bxdf::Diffuse(lobe) = lobe(lane) else { return None };
+            reflectances.set(lane, lobe.reflectance);
+        }
+        Some(Self::Diffuse(reflectances))
     }
 
     /// What is reflected of light from `wi`, and the density of rays there.
@@ -62,6 +70,7 @@ impl Lobes {
             }
             Self::Metal(metals) => metals.evaluate(points, wi),
             Self::Plastic(plastics) => plastics.evaluate(points, wi),
+            Self::Power(powers) => powers.evaluate(points, wi),
         }
     }
 
@@ -72,6 +81,7 @@ impl Lobes {
             Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
             Self::Metal(metals) => metals.draw(points, u),
             Self::Plastic(plastics) => plastics.draw(points, u),
+            Self::Power(powers) => powers.draw(points, u),
         }
     }
 
@@ -79,7 +89,7 @@ impl Lobes {
     fn kind(&self) -> LobeKind {
         match self {
             Self::Diffuse(_) => LobeKind::Diffuse,
-            Self::Metal(_) | Self::Plastic(_) => LobeKind::Glossy,
+            Self::Metal(_) | Self::Plastic(_) | Self::Power(_) => LobeKind::Glossy,
         }
     }
 }
@@ -98,20 +108,35 @@ struct Numbers {
 struct Arrived {
     /// How many.
     count: usize,
-    /// Rays that leave each where a path goes on.
-    rays: u32,
     /// The paths' weights.
     beta: Colours,
     /// See [`Path::favour`].
     favour: Floats,
-    /// Where a ray leaves.
-    goes_on: [bool; LANES],
-    /// Rays that leave.
-    rate: Floats,
+    /// Where it goes no further.
+    ends: [bool; LANES],
     /// The greatest share that survives.
     most: Floats,
     /// What no channel of reflected light may exceed.
     bound: Floats,
+    /// Whether each lobe that takes light from lights has rays that may find it.
+    lobes_look: [bool; LANES],
+}
+
+/// One lobe of each of eight surfaces, and its rays.
+struct Part<'a> {
+    /// Its number among the lobes.
+    number: usize,
+    lobes: &'a Lobes,
+    /// Rays of each surface where any leave.
+    rays: u32,
+    /// Where they leave.
+    leave: [bool; LANES],
+    /// Their expected number.
+    rate: Floats,
+    /// Whether samples of lights are taken for it.
+    takes_light: bool,
+    /// The numbers of the only ray, where they are what was left by the choice of the lobe.
+    chosen: Option<Pairs>,
 }
 
 /// What guides do to rays that leave eight surfaces.
@@ -134,87 +159,174 @@ struct Bounced {
     pdf: Floats,
 }
 
+/// Eight surfaces, what has come to them, and where what leaves them goes.
+pub(super) struct Group<'a, 'b> {
+    /// Of all of them.
+    pub kind: usize,
+    /// The rays and their hits.
+    pub seen: [(&'a Ray, &'a Hit); LANES],
+    pub eight: &'a Eight<'a>,
+    /// How many of the eight there are.
+    pub count: usize,
+    pub out: &'a mut Outgoing<'b>,
+}
+
+/// [`Integrator::reflect_two`], to be compiled for wide instructions.
+struct Two<'a, 'b, 'c> {
+    integrator: &'a Integrator<'a>,
+    group: &'a mut Group<'b, 'c>,
+}
+
+impl Wide for Two<'_, '_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        self.integrator.reflect_two(self.group)
+    }
+}
+
 impl Integrator<'_> {
     /// Whether surfaces may be shaded side by side, as far as the scene's settings can tell.
     pub(super) fn shades_alike(scene: &Scene) -> bool {
-        scene.settings.direct_light == DirectLight::Mis && scene.settings.diffuse_bounces
+        scene.settings.direct_light == DirectLight::Mis && scene.settings.occlusion.is_exact()
     }
 
-    /// The lobes of eight surfaces of a `kind` that paths have come to, if they can be shaded side by side: not where
-    /// denoisers are told of them, where rays may have to wait, nor where a glossy hit ends a path. All must split into as many
-    /// rays.
+    /// Does what surfaces reflect, if they can be shaded side by side: not where denoisers are told of them, where rays may have
+    /// to wait, nor where a glossy hit ends a path. All must split into as many rays. False if they cannot.
     #[inline(always)]
-    pub(super) fn alike(
-        &self,
-        (kind, points): (usize, &Interactions),
-        seen: [(&Ray, &Hit); LANES],
-        from: [&Path; LANES],
-        out: &Outgoing,
-    ) -> Option<Lobes> {
-        if !self.alike || !out.trails.is_empty() {
-            return None;
+    pub(super) fn reflect_alike(&self, group: &mut Group) -> bool {
+        if !self.alike || !group.out.trails.is_empty() {
+            return false;
         }
-        let lobes = Lobes::of(kind, |lane| {
-            let (_, Hit { geom_id, .. }) = seen[lane];
-            let everywhere = self.only_lobes[*geom_id as usize];
-            everywhere.unwrap_or_else(|| self.lobe_at(*geom_id, points.p.get(lane)))
-        })?;
-        let rays = self.rays_of(from[0], lobes.kind());
-        let finds_room = out.next.len() + LANES * rays as usize <= self.capacity;
-        let splits_so = from.iter().all(|path| self.rays_of(path, lobes.kind()) == rays);
-        let is_ordinary = lobes.kind() == LobeKind::Diffuse
-            || self.scene.settings.highlights && !from.iter().any(|path| self.is_last(path));
-        (finds_room && splits_so && is_ordinary).then_some(lobes)
+        if group.kind == Order::DIFFUSE_AND_POWER {
+            return self.reflect_two_apart(group);
+        }
+        let Some(lobes) = Lobes::of(group.kind, |lane| self.lobe(group, lane, 0)) else { return false };
+        if !self.are_ordinary([&lobes], group) {
+            return false;
+        }
+        let arrived = self.arrived(group);
+        let only = self.part((0, &lobes), &arrived, group);
+        self.reflect_parts(arrived, [only], group);
+        true
     }
 
-    /// The first lobe at a point of a geometry whose lobes differ from point to point.
+    /// Runs what is rarer apart from the ordinary, which is the faster for being small.
     #[inline(never)]
-    fn lobe_at(&self, geom_id: u32, p: Vec3) -> Bxdf {
-        *self.scene.bsdf(geom_id, p).lobe(0)
+    fn reflect_two_apart(&self, group: &mut Group) -> bool {
+        widely(Two { integrator: self, group })
     }
 
-    /// What the first `count` of eight surfaces with these `lobes` reflect.
+    /// [`reflect_alike`](Self::reflect_alike) for surfaces with a diffuse lobe and a cosine power.
     #[inline(always)]
-    pub(super) fn reflect_alike(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) {
-        let arrived = self.arrived(eight, lobes, count, out);
-        let mut lights = EightSamples::default();
-        if self.samples_lights != [false; 2] {
-            let mut there = [false; LANES];
-            for lane in 0..count {
-                there[lane] = self.samples_lights[usize::from(arrived.goes_on[lane])];
+    fn reflect_two(&self, group: &mut Group) -> bool {
+        let lobes = [0, 1].map(|number| {
+            let lobe = |lane| self.lobe(group, lane, number);
+            Lobes::of(if number == 0 { Order::DIFFUSE } else { Order::POWER }, lobe)
+        });
+        let [Some(first), Some(second)] = &lobes else { return false };
+        if !self.are_ordinary([first, second], group) {
+            return false;
+        }
+        let arrived = self.arrived(group);
+        let [mut first, mut second] =
+            [(0, first), (1, second)].map(|lobes| self.part(lobes, &arrived, group));
+        Part::choose(group.eight, &mut first, &mut second);
+        self.reflect_parts(arrived, [first, second], group);
+        true
+    }
+
+    /// The lobe of this number of a surface.
+    #[inline(always)]
+    fn lobe(&self, group: &Group, lane: usize, number: usize) -> Bxdf {
+        let (_, Hit { geom_id, .. }) = group.seen[lane];
+        let everywhere = self.lobes[*geom_id as usize][number];
+        everywhere.unwrap_or_else(|| self.lobe_at(*geom_id, group.eight.points.p.get(lane), number))
+    }
+
+    /// The lobe of this number at a point of a geometry whose lobes differ from point to point.
+    #[inline(never)]
+    fn lobe_at(&self, geom_id: u32, p: Vec3, number: usize) -> Bxdf {
+        *self.scene.bsdf(geom_id, p).lobe(number)
+    }
+
+    /// Whether rays of all these lobes leave all surfaces, as many of each, and find room.
+    #[inline(always)]
+    fn are_ordinary<const N: usize>(&self, lobes: [&Lobes; N], group: &Group) -> bool {
+        let (from, mut most) = (&group.eight.from, 0);
+        for kind in lobes.map(Lobes::kind) {
+            let rays = self.rays_of(from[0], kind);
+            let splits_so = from.iter().all(|path| self.rays_of(path, kind) == rays);
+            let goes_on = kind == LobeKind::Diffuse || !from.iter().any(|path| self.is_last(path));
+            if !splits_so || !goes_on {
+                return false;
             }
-            let lobes_look = arrived.goes_on;
+            most += rays as usize;
+        }
+        group.out.next.len() + LANES * most <= self.capacity
+    }
+
+    /// What the lobes of eight surfaces reflect.
+    #[inline(always)]
+    fn reflect_parts<const N: usize>(&self, mut arrived: Arrived, parts: [Part; N], group: &mut Group) {
+        if self.has_ambient {
+            self.add_ambient(group);
+        }
+        let Group { eight, out, .. } = group;
+        for part in parts.iter().filter(|part| part.takes_light) {
+            for lane in 0..LANES {
+                arrived.lobes_look[lane] &= part.rate[lane] > 0.0;
+            }
+        }
+
+        let mut lights = EightSamples::default();
+        if self.samples_lights != [false; 2] && parts.iter().any(|part| part.takes_light) {
+            let (lobes_look, mut there) = (arrived.lobes_look, [false; LANES]);
+            for lane in 0..arrived.count {
+                there[lane] = self.samples_lights[usize::from(lobes_look[lane])];
+            }
             let to = Receivers { p: eight.points.p, n: eight.points.n, lobes_look, there };
             if !to.is_empty() {
                 self.scene.lights.sample_eight(&to, || eight.fine(), &eight.light(), &mut lights);
             }
         }
-        for number in 0..arrived.rays {
-            let numbers = self.numbers_alike(eight, (number, arrived.rays));
-            let (bounced, guides) = self.bounced((eight, lobes), &arrived, &numbers, &lights);
-            if number == 0 {
-                self.light_alike((eight, lobes), &arrived, &guides, &lights, out);
+        let mut reflected = Colours::default();
+        for part in &parts {
+            for number in 0..part.rays {
+                let numbers = self.numbers_alike(eight, part, number);
+                let (bounced, guides) = self.bounced((eight, part), &arrived, &numbers, &lights);
+                if number == 0 && part.takes_light {
+                    part.reflect(eight.points, &guides, &lights, &mut reflected);
+                }
+                self.bounce_alike((eight, part), &arrived, (&numbers, &bounced), out);
             }
-            self.bounce_alike((eight, lobes), &arrived, (&numbers, &bounced), out);
+        }
+        self.light_alike(eight, &arrived, &reflected, &lights, out);
+    }
+
+    /// Adds what surfaces show of the scene's ambient light.
+    #[inline(never)]
+    fn add_ambient(&self, Group { seen, eight, count, out, .. }: &mut Group) {
+        for lane in 0..*count {
+            let (path, (_, hit)) = (eight.from[lane], seen[lane]);
+            let geometry = &self.scene.geometries[hit.geom_id as usize];
+            let material = &self.scene.materials[geometry.material as usize];
+            self.reflect_ambient(path, material, eight.points.p.get(lane), out);
         }
     }
 
-    /// What has come to the surfaces; what ends there is counted.
+    /// What has come to the surfaces.
     #[inline(always)]
-    fn arrived(&self, eight: &Eight, lobes: &Lobes, count: usize, out: &mut Outgoing) -> Arrived {
-        let settings = &self.scene.settings;
-        let rays = self.rays_of(eight.from[0], lobes.kind());
-        let mut arrived = Arrived { count, rays, ..Arrived::default() };
+    fn arrived(&self, group: &Group) -> Arrived {
+        let (settings, count) = (&self.scene.settings, group.count);
+        let mut arrived =
+            Arrived { count, ends: [true; LANES], lobes_look: [true; LANES], ..Arrived::default() };
         for lane in 0..count {
-            let path = eight.from[lane];
-            let goes_on = !self.is_last(path);
-            if let (false, Lobes::Diffuse(reflectance)) = (goes_on, lobes) {
-                out.tally.lose(path.beta * reflectance.get(lane));
-            }
+            let path = group.eight.from[lane];
             arrived.beta.set(lane, path.beta);
             arrived.favour[lane] = path.favour;
-            arrived.goes_on[lane] = goes_on;
-            arrived.rate[lane] = if goes_on { rays as f32 } else { 0.0 };
+            arrived.ends[lane] = self.is_last(path);
             arrived.most[lane] = most_survivors(path.depth >= settings.max_depth);
             arrived.bound[lane] = match settings.clamp_indirect {
                 Some(most) if path.depth > 0 => most,
@@ -224,20 +336,45 @@ impl Integrator<'_> {
         arrived
     }
 
-    /// The numbers of ray `number` of so many `rays` that leave each surface.
+    /// The lobes of this number with the rays that leave; what ends there is counted.
     #[inline(always)]
-    fn numbers_alike(&self, eight: &Eight, (number, rays): (u32, u32)) -> Numbers {
-        let mut numbers = Numbers { index: [0; LANES], lobe: eight.lobe, survival: [-1.0; LANES] };
-        for (lane, path) in eight.from.iter().enumerate() {
-            numbers.index[lane] = path.index.wrapping_mul(rays).wrapping_add(number);
+    fn part<'a>(
+        &self,
+        (number, lobes): (usize, &'a Lobes),
+        arrived: &Arrived,
+        Group { eight, out, .. }: &mut Group,
+    ) -> Part<'a> {
+        let settings = &self.scene.settings;
+        let (rays, mut leave) = (self.rays_of(eight.from[0], lobes.kind()), arrived.ends.map(|ends| !ends));
+        if let Lobes::Diffuse(reflectance) = lobes {
+            if !settings.diffuse_bounces {
+                leave = [false; LANES];
+            } else if arrived.ends.contains(&true) {
+                for lane in (0..arrived.count).filter(|&lane| arrived.ends[lane]) {
+                    out.tally.lose(arrived.beta.get(lane) * reflectance.get(lane));
+                }
+            }
         }
-        if rays > 1 {
-            numbers.lobe = eight.draw_at(Dimension::Lobe(0), numbers.index);
+        let rate = leave.map(|leaves| if leaves { rays as f32 } else { 0.0 });
+        let takes_light = lobes.kind() == LobeKind::Diffuse || settings.highlights;
+        Part { number, lobes, rays, leave, rate, takes_light, chosen: None }
+    }
+
+    /// The numbers of ray `number` of a part of each surface.
+    #[inline(always)]
+    fn numbers_alike(&self, eight: &Eight, part: &Part, number: u32) -> Numbers {
+        let mut numbers =
+            Numbers { index: [0; LANES], lobe: part.chosen.unwrap_or(eight.lobe), survival: [-1.0; LANES] };
+        for (lane, path) in eight.from.iter().enumerate() {
+            numbers.index[lane] = path.index.wrapping_mul(part.rays).wrapping_add(number);
+        }
+        if part.rays > 1 || part.number > 0 && part.chosen.is_none() {
+            numbers.lobe = eight.draw_at(Dimension::Lobe(part.number), numbers.index);
         }
         for (lane, path) in eight.from.iter().enumerate() {
             if path.depth >= self.roulette_from {
                 let lane_drawn = Lane { eight, lane };
-                numbers.survival[lane] = match rays {
+                numbers.survival[lane] = match part.rays {
                     1 => lane_drawn.survival(),
                     _ => lane_drawn.sampler().single(numbers.index[lane], Dimension::Survival.at(path.depth)),
                 };
@@ -250,15 +387,15 @@ impl Integrator<'_> {
     #[inline(always)]
     fn bounced(
         &self,
-        (eight, lobes): (&Eight, &Lobes),
+        (eight, part): (&Eight, &Part),
         arrived: &Arrived,
         numbers: &Numbers,
         lights: &EightSamples,
     ) -> (Bounced, Guides) {
         let (mut guides, mut cells) = (Guides::default(), [None; LANES]);
-        if let Some(caustics) = self.caustics {
+        if let (Some(caustics), Lobes::Diffuse(_)) = (self.caustics, part.lobes) {
             for lane in 0..LANES {
-                if let (Some(number), true) = (eight.guides[lane], arrived.goes_on[lane]) {
+                if let (Some(number), true) = (eight.guides[lane], part.rate[lane] > 0.0) {
                     let cell = caustics.cell(number);
                     (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
                 }
@@ -269,7 +406,7 @@ impl Integrator<'_> {
         for lane in 0..LANES {
             of_lobe[lane] = unguided(guides.share[lane], x[lane]);
         }
-        let (directions, colours) = lobes.draw(eight.points, &[of_lobe, *y]);
+        let (directions, colours) = part.lobes.draw(eight.points, &[of_lobe, *y]);
         let mut bounced = Bounced {
             wi: directions.wi,
             beta: Colours::default(),
@@ -279,9 +416,9 @@ impl Integrator<'_> {
         for lane in 0..LANES {
             let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
             let weight = colours.get(lane) * weight;
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight * arrived.rate[lane].recip());
+            bounced.beta.set(lane, arrived.beta.get(lane) * weight * part.rate[lane].recip());
         }
-        if let (Lobes::Diffuse(reflectance), Some(_)) = (lobes, self.caustics) {
+        if let (Lobes::Diffuse(reflectance), Some(_)) = (part.lobes, self.caustics) {
             for lane in 0..LANES {
                 let Some(cell) = cells[lane] else { continue };
                 let (p, mixture) = (eight.points.p.get(lane), &cell.mixture);
@@ -292,31 +429,28 @@ impl Integrator<'_> {
                 [guides.towards_light[lane], guides.along_ray[lane]] =
                     mixture.pdfs(p, [lights.wi.get(lane), bounced.wi.get(lane)]);
             }
-            guides.weigh(reflectance, eight.points, arrived, &mut bounced);
+            guides.weigh(reflectance, eight.points, (arrived, &part.rate), &mut bounced);
         }
         bounced.end_by_chance(arrived, &numbers.survival);
         (bounced, guides)
     }
 
-    /// What is reflected of samples of lights.
+    /// Adds what samples of lights bring, of which all lobes together reflect so much.
     #[inline(always)]
     fn light_alike(
         &self,
-        (eight, lobes): (&Eight, &Lobes),
+        eight: &Eight,
         arrived: &Arrived,
-        guides: &Guides,
+        reflected: &Colours,
         lights: &EightSamples,
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let (f_cos, pdf) = lobes.evaluate(points, &lights.wi);
         let [r, g, b] = &lights.le_over_pdf;
-        let mut reflected = Colours::default();
+        let mut reflected = *reflected;
         for lane in 0..LANES {
-            let pdf = mix(guides.share[lane], guides.towards_light[lane], pdf[lane]);
-            let weight = power_heuristic(lights.pdf[lane], pdf * arrived.rate[lane]);
             let le_over_pdf = Rgb::new(r[lane], g[lane], b[lane]);
-            let seen = arrived.beta.get(lane) * (f_cos.get(lane) * weight);
+            let seen = arrived.beta.get(lane) * reflected.get(lane);
             reflected.set(lane, seen * le_over_pdf);
         }
         if self.scene.settings.clamp_indirect.is_some() {
@@ -344,20 +478,20 @@ impl Integrator<'_> {
     #[inline(always)]
     fn bounce_alike(
         &self,
-        (eight, lobes): (&Eight, &Lobes),
+        (eight, part): (&Eight, &Part),
         arrived: &Arrived,
         (numbers, bounced): (&Numbers, &Bounced),
         out: &mut Outgoing,
     ) {
         let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let (class, glossy) = match lobes.kind() {
+        let (class, glossy) = match part.lobes.kind() {
             LobeKind::Diffuse => (RayClass::Diffuse, 0),
             _ => (RayClass::Glossy, 1),
         };
         let origins = points.starts(&bounced.wi, self_hit);
         for lane in 0..arrived.count {
             let (path, beta) = (eight.from[lane], bounced.beta.get(lane));
-            if !arrived.goes_on[lane] || beta.is_black() {
+            if !part.leave[lane] || beta.is_black() {
                 continue;
             }
             let child = Path {
@@ -367,9 +501,9 @@ impl Integrator<'_> {
                 depth: path.depth + 1,
                 glossy_depth: path.glossy_depth + glossy,
                 split: if self.splits_any { 1 } else { path.split },
-                rate: bounced.pdf[lane] * arrived.rate[lane],
+                rate: if part.takes_light { bounced.pdf[lane] * part.rate[lane] } else { f32::INFINITY },
                 receiver_n: points.n.get(lane),
-                lobes_look: true,
+                lobes_look: arrived.lobes_look[lane],
                 emission_only: false,
                 emission_apart: false,
                 followed: false,
@@ -381,10 +515,69 @@ impl Integrator<'_> {
     }
 }
 
+impl Part<'_> {
+    /// Keeps one ray of one of two lobes, where each has one that goes on, chosen in proportion to their albedos: as where each
+    /// surface is by itself.
+    #[inline(always)]
+    fn choose(eight: &Eight, first: &mut Self, second: &mut Self) {
+        let (Lobes::Diffuse(reflectance), Lobes::Power(powers)) = (first.lobes, second.lobes) else { return };
+        if first.rays > 1 || second.rays > 1 || !first.leave.contains(&true) {
+            return;
+        }
+        let ([x, y], of_second) = (eight.choice(), powers.albedo(eight.points));
+        let mut rest = [Floats::default(); 2];
+        for lane in 0..LANES {
+            let weight = [reflectance.get(lane).max_channel(), of_second[lane]];
+            let total = weight[0] + weight[1];
+            let at = x[lane] * total;
+            let is_second = (weight[1] > 0.0) & !((weight[0] > 0.0) & (at < weight[0]));
+            for (number, part) in [&mut *first, &mut *second].into_iter().enumerate() {
+                let is_this = (is_second == (number == 1)) & (total > 0.0);
+                part.rate[lane] = if part.leave[lane] && total > 0.0 { weight[number] / total } else { 0.0 };
+                part.leave[lane] &= is_this;
+            }
+            rest[0][lane] = part_of(at, 0.0, weight[0]);
+            rest[1][lane] = part_of(at, weight[0], weight[1]);
+        }
+        (first.chosen, second.chosen) = (Some([rest[0], y]), Some([rest[1], y]));
+    }
+
+    /// Adds what the lobe reflects of samples of lights, by how much that counts beside its rays.
+    #[inline(always)]
+    fn reflect(
+        &self,
+        points: &Interactions,
+        guides: &Guides,
+        lights: &EightSamples,
+        reflected: &mut Colours,
+    ) {
+        let (f_cos, pdf) = self.lobes.evaluate(points, &lights.wi);
+        let mut sum = *reflected;
+        for lane in 0..LANES {
+            let pdf = mix(guides.share[lane], guides.towards_light[lane], pdf[lane]);
+            let weight = power_heuristic(lights.pdf[lane], pdf * self.rate[lane]);
+            sum.set(lane, sum.get(lane) + f_cos.get(lane) * weight);
+        }
+        *reflected = sum;
+    }
+}
+
+/// How far into the `width` from `low` on a number is, in `[0, 1)`.
+#[inline(always)]
+fn part_of(x: f32, low: f32, width: f32) -> f32 {
+    ((x - low) / width).clamp(0.0, 1.0 - 0.5 * f32::EPSILON)
+}
+
 impl Guides {
     /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
     #[inline(always)]
-    fn weigh(&self, reflectance: &Colours, points: &Interactions, arrived: &Arrived, bounced: &mut Bounced) {
+    fn weigh(
+        &self,
+        reflectance: &Colours,
+        points: &Interactions,
+        (arrived, rate): (&Arrived, &Floats),
+        bounced: &mut Bounced,
+    ) {
         let Interactions { n, ng, .. } = *points;
         let (mut betas, mut favours, mut pdfs) = (bounced.beta, bounced.favour, bounced.pdf);
         for lane in 0..LANES {
@@ -393,7 +586,7 @@ impl Guides {
             let guided = self.share[lane] > 0.0;
             // Where nothing is reflected, the density may be zero too.
             let weight = reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
-            let beta = arrived.beta.get(lane) * weight * arrived.rate[lane].recip();
+            let beta = arrived.beta.get(lane) * weight * rate[lane].recip();
             let favour = arrived.favour[lane] * (pdf / alone);
             betas.set(lane, if guided { beta } else { betas.get(lane) });
             favours[lane] = if guided { favour } else { favours[lane] };

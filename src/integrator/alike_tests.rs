@@ -4,13 +4,14 @@ use crate::accel::bvh::Bvh;
 use crate::film::{Film, PixelRect};
 use crate::guiding::CausticMap;
 use crate::integrator::{Integrator, Scratch, Tally, Work, z_order};
-use crate::scene::Scene;
 use crate::scene::load::{Format, load_str};
+use crate::scene::{Plan, Scene};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 /// A room with a lamp and an open side: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball
-/// of rough gold, one of plastic, and a silver wall that throws the lamp's light on others.
+/// of rough gold, one of plastic, balls that are glossy, and diffuse with a gloss, of every kind that rays are drawn for once, and
+/// a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
     eye = [0, 0, 0.9]
@@ -40,6 +41,51 @@ const ROOM: &str = r#"
     type = "plastic"
     cd = [0.1, 0.3, 0.6]
     alpha = 0.2
+    [materials.glossy]
+    type = "cosine-power"
+    kr = 0.8
+    cr = [1, 0.9, 0.5]
+    exponent = 30
+    [materials.varnished]
+    type = "cosine-power"
+    ka = 0.2
+    kr = 0.3
+    exponent = 200
+    kd = 0.6
+    cd = [0.4, 0.7, 0.3]
+    horizon = "fold-weighted"
+    [materials.tiles]
+    type = "cosine-power"
+    kr = 0.5
+    exponent = 8
+    kd = 0.5
+    cd = { checker = [[0, 0, 0], [0.9, 0.8, 0.7]], size = 0.1 }
+    horizon = "modified-phong"
+    [materials.clipped]
+    type = "cosine-power"
+    kr = 0.9
+    exponent = 3
+    horizon = "clip"
+    [[shapes]]
+    type = "sphere"
+    center = [-0.7, -0.8, 0.1]
+    radius = 0.2
+    material = "glossy"
+    [[shapes]]
+    type = "sphere"
+    center = [-0.3, -0.85, 0.15]
+    radius = 0.15
+    material = "varnished"
+    [[shapes]]
+    type = "sphere"
+    center = [0.6, -0.8, 0.1]
+    radius = 0.2
+    material = "tiles"
+    [[shapes]]
+    type = "sphere"
+    center = [0.8, -0.2, -0.6]
+    radius = 0.15
+    material = "clipped"
     [[shapes]]
     type = "rect"
     corner = [-1, -1, 1]
@@ -91,7 +137,7 @@ const ROOM: &str = r#"
 "#;
 
 fn room(settings: &str) -> Scene {
-    let text = format!("[settings]\nspp = 4\n{settings}\n{ROOM}");
+    let text = format!("ambient = 0.3\n[settings]\nspp = 4\n{settings}\n{ROOM}");
     load_str(&text, Format::Toml, Path::new(""), &[]).expect("the room loads")
 }
 
@@ -100,7 +146,7 @@ fn room(settings: &str) -> Scene {
 fn film(scene: &Scene, split: u32, alike: bool, guided: bool) -> (Film, Tally) {
     let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
     let caustics = CausticMap::of(scene, &accel);
-    assert!(!caustics.is_empty(), "the mirror makes a caustic");
+    assert_eq!(caustics.is_empty(), !Plan::of(scene).guides, "the mirror makes a caustic");
     let integrator = Integrator::new(scene, &accel);
     let mut integrator = if guided { integrator.guided_by(&caustics) } else { integrator };
     assert!(integrator.alike, "side by side where nothing is said");
@@ -119,6 +165,9 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 3\nat_max_depth = \"background\"\nself_hit = \"offset\"\nclamp_indirect = 0.2",
         "max_depth = 2\nat_max_depth = \"roulette\"\nself_hit = \"geometry\"",
         "max_depth = 4\nglossy_samples = 2",
+        "max_depth = 3\nhighlights = false\nglossy_samples = 3",
+        "max_depth = 3\ndiffuse_bounces = false",
+        "preset = \"suffern\"",
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {
         let scene = room(settings);

@@ -4,8 +4,9 @@ use super::bounce::{Dimension, Leaving};
 use super::guided;
 use super::order::Order;
 use super::path::Path;
+use super::powers::Powers;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, Conductor, CosinePower, Diffuse, Drawn, Horizon, LobeKind, Policy};
+use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, LobeKind};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::scene::{DirectLight, Interactions, Needs, Scene, SurfaceInteraction};
@@ -105,6 +106,15 @@ impl Eight<'_> {
         }
     }
 
+    /// Which lobe, and the direction of its ray.
+    #[inline(always)]
+    pub(super) fn choice(&self) -> Pairs {
+        match self.choice {
+            Some(choice) => choice,
+            None => draw(Dimension::Choice, self.from, &self.samplers),
+        }
+    }
+
     /// Other pairs: those of each sampler at these indices.
     #[inline(always)]
     pub(super) fn draw_at(&self, dimension: Dimension, indices: [u32; LANES]) -> Pairs {
@@ -114,10 +124,7 @@ impl Eight<'_> {
     /// What lights want to know beyond their own pair.
     #[inline(always)]
     pub(super) fn fine(&self) -> Floats {
-        let [_, fine] = match self.choice {
-            Some(choice) => choice,
-            None => draw(Dimension::Choice, self.from, &self.samplers),
-        };
+        let [_, fine] = self.choice();
         fine
     }
 }
@@ -190,7 +197,7 @@ impl Integrator<'_> {
             lobe = draw(Dimension::Lobe(0), from, &samplers);
         }
         let [mut choice, mut light, mut survival] = [None; 3];
-        if self.likely.choice && kind == Order::OTHER || needs.fine {
+        if self.likely.choice && Order::may_choose(kind) || needs.fine {
             choice = Some(draw(Dimension::Choice, from, &samplers));
         }
         if needs.direction {
@@ -211,8 +218,7 @@ impl Integrator<'_> {
         bsdfs: &[Option<&Bsdf>; LANES],
         leaving: &[Leaving; LANES],
     ) -> Directions {
-        let [mut x, mut y, mut alpha, mut exponent] = [Floats::default(); 4];
-        let [mut turns, mut divides, mut reciprocal] = [Floats::default(); 3];
+        let ([mut x, mut y, mut alpha], mut powers) = ([Floats::default(); 3], Powers::default());
         let [mut diffuse, mut metal, mut power] = [[false; LANES]; 3];
         for (lane, leaving) in leaving.iter().enumerate() {
             let drawn = Lane { eight, lane };
@@ -231,12 +237,9 @@ impl Integrator<'_> {
                     metal[lane] = true;
                     alpha[lane] = lobe.alpha;
                 }
-                Bxdf::CosinePower(lobe) if lobe.horizon != Horizon::Reject => {
+                Bxdf::CosinePower(lobe) if Powers::takes(lobe) => {
                     power[lane] = true;
-                    exponent[lane] = lobe.exponent;
-                    let policy = lobe.policy();
-                    (turns[lane], divides[lane]) = (policy.turns, policy.divides);
-                    reciprocal[lane] = policy.reciprocal;
+                    powers.set(lane, lobe);
                 }
                 _ => continue,
             }
@@ -249,13 +252,7 @@ impl Integrator<'_> {
             directions.take(&Directions::metal(eight.points, &alpha, &[x, y]), &metal);
         }
         if power.contains(&true) {
-            let (at, mut powers) = (eight.points.incidences(), Directions::default());
-            for lane in 0..LANES {
-                let policy =
-                    Policy { turns: turns[lane], divides: divides[lane], reciprocal: reciprocal[lane] };
-                powers
-                    .set(lane, CosinePower::draw(exponent[lane], policy, &at.get(lane), [x[lane], y[lane]]));
-            }
+            let powers = powers.draw(eight.points, &[x, y]);
             directions.take(&powers, &power);
         }
         for lane in 0..LANES {

@@ -3,8 +3,8 @@
 //! A tile is rendered by one thread. All paths of a wave take the same step together: their rays go to the
 //! accelerator as one slice, hits are shaded by eight, surfaces of a kind together (`order`), shadow rays go as a second
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
-//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight diffuse surfaces, rough
-//! metals or plastics), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight surfaces of
+//! one kind), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
 //! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin, `edges` those that
 //! look for edges of lamps alone, and `roots` where it all comes together.
 //! Knows nothing of files or progress, nor of threads but where edges are looked for before the picture.
@@ -21,6 +21,7 @@ mod occlusion;
 mod order;
 mod path;
 mod plastics;
+mod powers;
 mod roots;
 mod start;
 mod tally;

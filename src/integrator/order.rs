@@ -1,5 +1,6 @@
 //! In which order the rays of a wave are shaded.
 
+use super::powers::Powers;
 use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::Hit;
 use crate::scene::Material;
@@ -26,16 +27,26 @@ impl Order {
     pub(super) const METAL: usize = 4;
     /// The kind of plastics and nothing else.
     pub(super) const PLASTIC: usize = 5;
+    /// The kind of cosine powers and nothing else.
+    pub(super) const POWER: usize = 6;
+    /// The kind of surfaces with a diffuse lobe and a cosine power.
+    pub(super) const DIFFUSE_AND_POWER: usize = 7;
     /// The kind of surfaces of which none of the others tells.
-    pub(super) const OTHER: usize = 6;
+    pub(super) const OTHER: usize = 8;
     /// The kind of rays that hit nothing.
-    pub(super) const MISSED: usize = 7;
+    pub(super) const MISSED: usize = 9;
     const KINDS: usize = Self::MISSED + 1;
 
     /// Whether surfaces of a kind may have a diffuse lobe.
     #[inline(always)]
     pub(super) fn may_be_diffuse(kind: usize) -> bool {
-        matches!(kind, Self::DIFFUSE | Self::OTHER)
+        matches!(kind, Self::DIFFUSE | Self::DIFFUSE_AND_POWER | Self::OTHER)
+    }
+
+    /// Whether surfaces of a kind may have several lobes, of which one is chosen.
+    #[inline(always)]
+    pub(super) fn may_choose(kind: usize) -> bool {
+        matches!(kind, Self::DIFFUSE_AND_POWER | Self::OTHER)
     }
 
     /// Whether surfaces of a kind may take light from lights.
@@ -82,14 +93,17 @@ impl Order {
 
 /// The kind of surfaces of a material: where colours differ from point to point, the lobes are of one kind still.
 pub(super) fn kind_of(material: &Material) -> u8 {
-    let shines = material.emission.is_some() || material.ambient.is_some();
-    match material.bsdf(Vec3::ZERO).lobes() {
-        [] => Order::BLACK as u8,
-        [Bxdf::Conductor(lobe)] if !shines && lobe.is_rough() => Order::METAL as u8,
-        [Bxdf::Plastic(_)] if !shines => Order::PLASTIC as u8,
-        [lobe] if !shines => 1 + lobe.kind() as u8,
-        _ => Order::OTHER as u8,
-    }
+    let kind = match material.bsdf(Vec3::ZERO).lobes() {
+        [] => Order::BLACK,
+        _ if material.emission.is_some() => Order::OTHER,
+        [Bxdf::Conductor(lobe)] if lobe.is_rough() => Order::METAL,
+        [Bxdf::Plastic(_)] => Order::PLASTIC,
+        [Bxdf::CosinePower(lobe)] if Powers::takes(lobe) => Order::POWER,
+        [Bxdf::Diffuse(_), Bxdf::CosinePower(lobe)] if Powers::takes(lobe) => Order::DIFFUSE_AND_POWER,
+        [lobe] => 1 + lobe.kind() as usize,
+        _ => Order::OTHER,
+    };
+    kind as u8
 }
 
 #[cfg(test)]

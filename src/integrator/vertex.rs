@@ -11,7 +11,8 @@ use super::wave::{Integrator, Shadows};
 use crate::bxdf::{Bsdf, Drawn};
 use crate::core::lanes::{Floats, Vectors};
 use crate::core::{Hit, Ray, Rgb};
-use crate::scene::{LightSample, Receivers};
+use crate::scene::{LightSample, Material, Receivers};
+use glam::Vec3;
 
 /// Where what leaves a surface goes.
 pub(super) struct Outgoing<'a> {
@@ -118,10 +119,7 @@ impl Integrator<'_> {
         if path.emission_only {
             return None;
         }
-        if let Some(ambient) = &material.ambient {
-            let ambient = path.beta * ambient.at(point.p) * self.scene.ambient;
-            out.add(path, self.bounded(ambient, path.depth + 1));
-        }
+        self.reflect_ambient(path, material, point.p, out);
         if !material.reflects() {
             if let Some(trail) = out.trail(path) {
                 self.describe(path, point, Rgb::BLACK, trail);
@@ -139,6 +137,15 @@ impl Integrator<'_> {
             leaving.followed = self.tell(path, point, bsdf, leaving, trail);
         }
         Some(bsdf)
+    }
+
+    /// What a point of a surface shows of the scene's ambient light.
+    #[inline(always)]
+    pub(super) fn reflect_ambient(&self, path: &Path, material: &Material, p: Vec3, out: &mut Outgoing) {
+        if let Some(ambient) = &material.ambient {
+            let ambient = path.beta * ambient.at(p) * self.scene.ambient;
+            out.add(path, self.bounded(ambient, path.depth + 1));
+        }
     }
 
     /// What a surface reflects of light from elsewhere: of `light` straight from a light, and by the rays that leave, of

@@ -1,5 +1,6 @@
 //! The wave loop: all paths of a wave take one step together.
 
+use super::alike::Group;
 use super::bounce::Leaving;
 use super::edges::{EmitterEdges, Looks};
 use super::eight::{Lane, Likely};
@@ -35,8 +36,10 @@ pub struct Integrator<'a> {
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// The kind of each geometry: see [`kind_of`].
     kinds: Vec<u8>,
-    /// The lobe of each geometry that has one only, the same everywhere.
-    pub(super) only_lobes: Vec<Option<Bxdf>>,
+    /// The first two lobes of each geometry, where they are the same everywhere.
+    pub(super) lobes: Vec<[Option<Bxdf>; 2]>,
+    /// Whether there is a material that shows ambient light.
+    pub(super) has_ambient: bool,
     /// Whether surfaces that are alike may be shaded side by side.
     pub(super) alike: bool,
     /// What surfaces are likely to need.
@@ -128,16 +131,14 @@ impl<'a> Integrator<'a> {
             material.map(|material| (&scene.materials[material], bsdfs[material].as_ref()))
         };
         let kinds = of_geometries().map(|(material, _)| kind_of(material)).collect();
-        let only_lobe = |bsdf: Option<&Bsdf>| match bsdf.map(Bsdf::lobes) {
-            Some([lobe]) => Some(*lobe),
-            _ => None,
-        };
-        let only_lobes = of_geometries().map(|(_, bsdf)| only_lobe(bsdf)).collect();
+        let first_two = |bsdf: Option<&Bsdf>| [0, 1].map(|number| bsdf?.lobes().get(number).copied());
+        let lobes = of_geometries().map(|(_, bsdf)| first_two(bsdf)).collect();
         Self {
             scene,
             accel,
             kinds,
-            only_lobes,
+            lobes,
+            has_ambient: scene.materials.iter().any(|material| material.ambient.is_some()),
             alike: Self::shades_alike(scene),
             samples_lights,
             likely: Likely::of(scene, samples_lights, &bsdfs),
@@ -314,8 +315,9 @@ impl<'a> Integrator<'a> {
         }
         let points = self.scene.interactions(seen);
         let eight = self.draw_eight(&points, from, samplers, kind);
-        if let Some(lobes) = self.alike((kind, &points), seen, from, out) {
-            return self.reflect_alike(&eight, &lobes, group.len(), out);
+        let count = group.len();
+        if self.reflect_alike(&mut Group { kind, seen, eight: &eight, count, out }) {
+            return;
         }
         let drawn = |lane: usize| Lane { eight: &eight, lane };
 
