@@ -75,6 +75,8 @@ fn splitting_guiding_and_roulette_change_the_noise_and_not_the_picture() {
         for (what, value) in [("settings.glossy_samples", "5"), ("settings.glossy_samples", "auto")] {
             assert_equal_within_noise(&plain, &with(&[(what, value)]), &format!("{name}: {what} {value}"));
         }
+        let lights = with(&[("settings.glossy_samples", "{ any = 3 }"), ("settings.light_samples", "split")]);
+        assert_equal_within_noise(&plain, &lights, &format!("{name}: three samples of lights"));
         let unguided = with(&[("settings.guiding", "false")]);
         assert_equal_within_noise(&plain, &unguided, &format!("{name}: guided or not"));
         let long = with(&[("settings.max_depth", "12"), ("settings.at_max_depth", "roulette")]);

@@ -268,6 +268,7 @@ impl Report<'_> {
             ("spp", scene.settings.spp.to_string()),
             ("samples_per_pixel", format!("{:.3}", self.samples_per_pixel())),
             ("split", outcome.split.to_string()),
+            ("splits_lights", outcome.splits_lights.to_string()),
             ("stopped_by", outcome.stopped_by.name().to_owned()),
             ("seconds", format!("{:.3}", outcome.seconds)),
             ("rays", outcome.tally.all_rays().rays.to_string()),
@@ -314,7 +315,8 @@ impl Report<'_> {
                 .map(|class| format!("{} {}", class.name(), count(outcome.tally.class(class).rays as f64)));
             note(&format!("rays: {}", rays.join(", ")));
             if outcome.split > 1 {
-                note(&format!("first hits split into {} rays", outcome.split));
+                let lights = if outcome.splits_lights { ", and take as many samples of lights" } else { "" };
+                note(&format!("first hits split into {} rays{lights}", outcome.split));
             }
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
         }
@@ -376,6 +378,7 @@ impl Report<'_> {
             "spp": scene.settings.spp,
             "samples_per_pixel": self.samples_per_pixel(),
             "split": outcome.split,
+            "splits_lights": outcome.splits_lights,
             "stopped_by": outcome.stopped_by,
             "seed": scene.settings.seed,
             "rays": rays,

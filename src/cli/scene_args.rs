@@ -3,7 +3,9 @@
 use super::exit::{Failure, OrExit};
 use super::parse;
 use crate::bxdf::Horizon;
-use crate::scene::{self, Aov, AtMaxDepth, DirectLight, GlossySamples, Override, Scene, SelfHit};
+use crate::scene::{
+    self, Aov, AtMaxDepth, DirectLight, GlossySamples, LightSamples, Override, Scene, SelfHit,
+};
 use clap::ValueEnum;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -57,6 +59,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     adaptive: Option<bool>,
 
+    /// Samples of lights that a hit takes
+    #[arg(long, value_name = "HOW", help_heading = SETTINGS)]
+    light_samples: Option<LightSamples>,
+
     /// Send part of the rays of diffuse surfaces where photons say that caustics come from: unbiased, without the bright dots
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
@@ -105,6 +111,7 @@ impl SceneArgs {
             ("settings.direct_light", self.direct_light.map(name)),
             ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
             ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
+            ("settings.light_samples", self.light_samples.map(name)),
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
             ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),

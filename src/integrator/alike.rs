@@ -280,29 +280,36 @@ impl Integrator<'_> {
             }
         }
 
-        let mut lights = EightSamples::default();
-        if self.samples_lights != [false; 2] && parts.iter().any(|part| part.takes_light) {
-            let (lobes_look, mut there) = (arrived.lobes_look, [false; LANES]);
-            for lane in 0..arrived.count {
-                there[lane] = self.samples_lights[usize::from(lobes_look[lane])];
-            }
-            let to = Receivers { p: eight.points.p, n: eight.points.n, lobes_look, there };
-            if !to.is_empty() {
-                self.scene.lights.sample_eight(&to, || eight.fine(), &eight.light(), &mut lights);
-            }
+        let takes_light = parts.iter().any(|part| part.takes_light);
+        let samples = self.light_samples_of(parts.iter().map(|part| part.rays));
+        let most = parts.iter().map(|part| part.rays).fold(1, u32::max);
+        let mut there = [false; LANES];
+        for lane in 0..arrived.count {
+            there[lane] = takes_light && self.samples_lights[usize::from(arrived.lobes_look[lane])];
         }
-        let mut reflected = Colours::default();
-        for part in &parts {
-            for number in 0..part.rays {
+        let to = Receivers { p: eight.points.p, n: eight.points.n, lobes_look: arrived.lobes_look, there };
+        for number in 0..most {
+            let mut lights = EightSamples::default();
+            let asks = number < samples && !to.is_empty();
+            if asks {
+                self.sample_lights_at(eight, &to, ([samples; LANES], number), &mut lights);
+            }
+            let mut reflected = Colours::default();
+            for part in parts.iter().filter(|part| number < part.rays) {
                 let numbers = self.numbers_alike(eight, part, number);
-                let (bounced, guides) = self.bounced((eight, part), &arrived, &numbers, &lights);
-                if number == 0 && part.takes_light {
+                let (mut bounced, guides) = self.bounced((eight, part), &arrived, &numbers, &lights);
+                if asks && part.takes_light {
                     part.reflect(eight.points, &guides, &lights, &mut reflected);
+                }
+                for pdf in &mut bounced.pdf {
+                    *pdf /= samples as f32;
                 }
                 self.bounce_alike((eight, part), &arrived, (&numbers, &bounced), out);
             }
+            if asks {
+                self.light_alike(eight, &arrived, &reflected, &lights, out);
+            }
         }
-        self.light_alike(eight, &arrived, &reflected, &lights, out);
     }
 
     /// Adds what surfaces show of the scene's ambient light.

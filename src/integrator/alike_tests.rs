@@ -167,6 +167,9 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 4\nglossy_samples = 2",
         "max_depth = 3\nhighlights = false\nglossy_samples = 3",
         "max_depth = 3\ndiffuse_bounces = false",
+        "max_depth = 3\nlight_samples = \"split\"",
+        "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
+        "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = [2, 3]",
         "preset = \"suffern\"",
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {

@@ -82,6 +82,8 @@ pub(super) struct Leaving {
     pub emission_only: [bool; Bsdf::MAX_LOBES],
     /// The numbers for the ray of the lobe that was chosen, if one was.
     chosen: Option<[f32; 2]>,
+    /// Samples of lights.
+    pub light_samples: u32,
     /// Whether each lobe that takes light from lights has rays that may find it.
     pub lobes_look: bool,
     /// The lobe whose first ray shows what the camera sample shows.
@@ -189,6 +191,8 @@ impl Integrator<'_> {
                 leaving.emission_only[lobe] = true;
             }
         }
+        leaving.light_samples =
+            self.light_samples_of(bsdf.lobes().iter().map(|bxdf| self.rays_of(path, bxdf.kind())));
         if lobes > 1 && split == 1 {
             leaving.choose_one(at, bsdf, choice());
         }
@@ -337,7 +341,11 @@ impl Integrator<'_> {
             depth: path.depth + 1,
             glossy_depth: path.glossy_depth + u32::from(glossy),
             split: if self.splits_any && bxdf.kind() != LobeKind::Delta { 1 } else { path.split },
-            rate: if glossy && !settings.highlights { f32::INFINITY } else { sample.pdf * rate },
+            rate: if glossy && !settings.highlights {
+                f32::INFINITY
+            } else {
+                sample.pdf / leaving.light_samples as f32 * rate
+            },
             receiver_n: point.at.n,
             lobes_look: leaving.lobes_look,
             emission_only: leaving.emission_only[lobe],

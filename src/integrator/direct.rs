@@ -1,7 +1,7 @@
 //! Light that comes straight from a light: by a shadow ray towards a sampled point, or by a lobe's ray that finds
 //! an emitter, each weighted where it is the better (Veach and Guibas 1995).
 
-use super::bounce::{Leaving, Reached};
+use super::bounce::{Dimension, Leaving, Reached};
 use super::eight::Eight;
 use super::guided::{self, Guide};
 use super::path::Path;
@@ -43,27 +43,64 @@ pub(super) fn bounded_by(most: f32, radiance: Rgb) -> Rgb {
 }
 
 impl Integrator<'_> {
-    /// A light's sample for each of eight surfaces that take light from lights.
+    /// Samples of lights for a hit whose lobes have so many rays each: one, or as many as each lobe has.
+    #[inline(always)]
+    pub(super) fn light_samples_of(&self, rays: impl Iterator<Item = u32>) -> u32 {
+        if self.splits_lights { rays.min().unwrap_or(1) } else { 1 }
+    }
+
+    /// Sample `number` of lights for each of eight surfaces that take light from lights, where they take that many.
     #[inline(always)]
     pub(super) fn sample_lights(
         &self,
         drawn: &Eight,
         bsdfs: &[Option<&Bsdf>; LANES],
-        leaving: &[Leaving; LANES],
+        (leaving, number): (&[Leaving; LANES], u32),
         samples: &mut EightSamples,
     ) {
-        let (mut lobes_look, mut there) = ([false; LANES], [false; LANES]);
+        let (mut lobes_look, mut there, mut of) = ([false; LANES], [false; LANES], [1; LANES]);
         for (lane, leaving) in leaving.iter().enumerate() {
             lobes_look[lane] = leaving.lobes_look;
+            of[lane] = leaving.light_samples.max(1);
             there[lane] = bsdfs[lane].is_some_and(|bsdf| {
-                self.samples_lights[usize::from(leaving.lobes_look)]
+                number < leaving.light_samples
+                    && self.samples_lights[usize::from(leaving.lobes_look)]
                     && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
             });
         }
         let Interactions { p, n, .. } = drawn.points;
         let receivers = Receivers { p: *p, n: *n, lobes_look, there };
         if !receivers.is_empty() {
-            self.scene.lights.sample_eight(&receivers, || drawn.fine(), &drawn.light(), samples);
+            self.sample_lights_at(drawn, &receivers, (of, number), samples);
+        }
+    }
+
+    /// Sample `number` of so many of lights for each of eight receivers, each with its part of the light.
+    #[inline(always)]
+    pub(super) fn sample_lights_at(
+        &self,
+        drawn: &Eight,
+        to: &Receivers,
+        (of, number): ([u32; LANES], u32),
+        samples: &mut EightSamples,
+    ) {
+        let lights = &self.scene.lights;
+        if of == [1; LANES] {
+            lights.sample_eight(to, || drawn.fine(), &drawn.light(), samples);
+            return;
+        }
+        let mut indices = [0; LANES];
+        for (lane, path) in drawn.from.iter().enumerate() {
+            indices[lane] = path.index.wrapping_mul(of[lane]).wrapping_add(number);
+        }
+        let light = drawn.draw_at(Dimension::LightDirection, indices);
+        lights.sample_eight(to, || drawn.draw_at(Dimension::Choice, indices)[1], &light, samples);
+        for lane in 0..LANES {
+            let of = of[lane] as f32;
+            samples.pdf[lane] *= of;
+            for le in &mut samples.le_over_pdf {
+                le[lane] /= of;
+            }
         }
     }
 

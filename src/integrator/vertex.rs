@@ -168,14 +168,26 @@ impl Integrator<'_> {
         if !self.scene.settings.occlusion.is_exact() && !self.is_last(path) {
             self.reflect_environment(path, point, bsdf, out);
         }
-        match light.and_then(|light| self.reflect_light(&from, leaving, &light)) {
-            Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(path.slot, radiance, ray),
-            Some(Unoccluded { radiance, ray: None }) => out.add(path, radiance),
-            None => {}
-        }
+        self.take_light(&from, leaving, light, out);
         self.make_rays(&from, leaving, sampler, Some((drawn, direction)), out.next);
         if leaving.remaining() > 0 {
             out.waiting.push(Vertex { path: *path, point: *point, bsdf: *bsdf, leaving: *leaving });
+        }
+    }
+
+    /// Adds what a surface reflects of a light's sample, if it has one and nothing is in the way.
+    #[inline(always)]
+    pub(super) fn take_light(
+        &self,
+        from: &Reached,
+        leaving: &Leaving,
+        light: Option<LightSample>,
+        out: &mut Outgoing,
+    ) {
+        match light.and_then(|light| self.reflect_light(from, leaving, &light)) {
+            Some(Unoccluded { radiance, ray: Some(ray) }) => out.shadows.push(from.path.slot, radiance, ray),
+            Some(Unoccluded { radiance, ray: None }) => out.add(from.path, radiance),
+            None => {}
         }
     }
 }

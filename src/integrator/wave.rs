@@ -1,7 +1,7 @@
 //! The wave loop: all paths of a wave take one step together.
 
 use super::alike::Group;
-use super::bounce::Leaving;
+use super::bounce::{Leaving, Reached};
 use super::edges::{EmitterEdges, Looks};
 use super::eight::{Lane, Likely};
 use super::guide::Trail;
@@ -17,7 +17,7 @@ use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::film::Film;
 use crate::guiding::CausticMap;
-use crate::scene::{AtMaxDepth, EightSamples, Material, Plan, Scene, Settings};
+use crate::scene::{AtMaxDepth, EightSamples, LightSamples, Material, Plan, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -53,6 +53,8 @@ pub struct Integrator<'a> {
     pub(super) seed: u32,
     /// Whether the first hit on anything but a mirror splits, and not the first glossy one.
     pub(super) splits_any: bool,
+    /// Whether a hit that splits takes as many samples of lights as rays leave it.
+    pub(super) splits_lights: bool,
     /// Reflections from which on paths end by chance.
     pub(super) roulette_from: u32,
     pub(super) log: Option<&'a dyn RayLog>,
@@ -148,6 +150,7 @@ impl<'a> Integrator<'a> {
             capacity: CAPACITY,
             seed: scene.settings.seed,
             splits_any: scene.settings.glossy_samples.splits_any(),
+            splits_lights: scene.settings.light_samples == LightSamples::Split,
             roulette_from: (*roulette_from).min(end),
             log: None,
         }
@@ -163,6 +166,22 @@ impl<'a> Integrator<'a> {
     pub fn with_edges(mut self, edges: &'a EmitterEdges) -> Self {
         self.edges = Some(edges).filter(|edges| !edges.is_empty());
         self
+    }
+
+    /// Whether a hit that splits takes as many samples of lights as rays leave it, whatever the settings say.
+    pub fn splitting_lights(mut self, splits: bool) -> Self {
+        self.splits_lights = splits;
+        self
+    }
+
+    /// Whether a hit that splits takes as many samples of lights as rays leave it.
+    pub fn splits_lights(&self) -> bool {
+        self.splits_lights
+    }
+
+    /// Whether lights are sampled at hits whose lobes look for light themselves.
+    pub fn samples_lights(&self) -> bool {
+        self.samples_lights[1]
     }
 
     /// Draws other numbers than those of the settings' seed.
@@ -329,7 +348,18 @@ impl<'a> Integrator<'a> {
         }
         let mut lights = EightSamples::default();
         if self.samples_lights != [false; 2] {
-            self.sample_lights(&eight, &bsdfs, &leaving, &mut lights);
+            self.sample_lights(&eight, &bsdfs, (&leaving, 0), &mut lights);
+            let most = leaving.iter().map(|leaving| leaving.light_samples).fold(1, u32::max);
+            for number in 1..most {
+                let mut more = EightSamples::default();
+                self.sample_lights(&eight, &bsdfs, (&leaving, number), &mut more);
+                for (lane, leaving) in leaving.iter().enumerate() {
+                    if let Some(bsdf) = bsdfs[lane] {
+                        let from = Reached { path: from[lane], point: &drawn(lane).point(), bsdf };
+                        self.take_light(&from, leaving, more.get(lane), out);
+                    }
+                }
+            }
         }
         let directions = self.draw_directions(&eight, &bsdfs, &leaving);
         for (lane, leaving) in leaving.iter_mut().enumerate() {

@@ -134,6 +134,8 @@ pub struct Outcome {
     pub stopped_by: StopReason,
     /// Rays into which first hits were split.
     pub split: u32,
+    /// Whether such hits took as many samples of lights, in place of one.
+    pub splits_lights: bool,
 }
 
 /// Renders a scene with the structure built from its shapes.
@@ -162,11 +164,16 @@ pub fn render(
     picture.integrator = picture.integrator.guided_by(&caustics).with_edges(&edges);
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot {
-        let pilot = Integrator::new(scene, accel)
-            .guided_by(&caustics)
-            .with_edges(&edges)
-            .with_seed(!scene.settings.seed);
-        pool.install(|| split::best(scene, &pilot, stop))
+        let pilot = |splits_lights| {
+            Integrator::new(scene, accel)
+                .guided_by(&caustics)
+                .with_edges(&edges)
+                .with_seed(!scene.settings.seed)
+                .splitting_lights(splits_lights)
+        };
+        let split::Split { rays, lights } = pool.install(|| split::best(scene, pilot, stop));
+        picture.integrator = picture.integrator.splitting_lights(lights);
+        rays
     } else {
         plan.split
     };
@@ -182,6 +189,7 @@ pub fn render(
         thread_seconds: Duration::from_nanos(picture.thread_nanoseconds.into_inner()).as_secs_f64(),
         stopped_by,
         split: picture.split,
+        splits_lights: picture.integrator.splits_lights(),
     }
 }
 

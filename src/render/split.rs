@@ -1,4 +1,4 @@
-//! Into how many rays the first hit of a path is worth splitting.
+//! Into how many rays the first hit of a path is worth splitting, and whether samples of lights are worth it too.
 //!
 //! With V1 the variance that a pixel has without the lobe's own, V2 that of one lobe sample, and c1, c2 what a camera
 //! sample and a lobe sample cost, m rays have the variance `V1 + V2 / m` at the cost `c1 + m c2`: the product is
@@ -15,8 +15,8 @@ use super::cost::cost;
 use super::tile::{Tile, tiles};
 use crate::film::{Film, Pixel, PixelRect};
 use crate::integrator::{Integrator, Scratch, Tally, Work};
-use crate::scene::Scene;
 use crate::scene::settings::MAX_AUTO_SPLIT;
+use crate::scene::{LightSamples, Scene};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -54,14 +54,25 @@ const POWER: f64 = 0.7;
 /// samples, more samples bring more than more rays.
 const AS_GOOD: f64 = 1.04;
 
-/// Splitting must promise to be better than not to split by this factor: promises are not as good as they look.
+/// Splitting must promise to be better than not to split by this factor, and splitting samples of lights too than splitting rays
+/// alone: promises are not as good as they look.
 const WORTH_IT: f64 = 0.96;
+
+/// What a first hit is worth splitting into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Split {
+    /// Rays that leave it.
+    pub rays: u32,
+    /// Whether it takes as many samples of lights.
+    pub lights: bool,
+}
 
 /// What a pilot's pixels were like, in order, with samples that do not split and with samples that do.
 #[derive(Default)]
 struct Trials {
     one: Trial,
-    many: Trial,
+    /// With one sample of lights per hit, and with as many as rays; empty where that is not to be tried.
+    many: [Trial; 2],
 }
 
 /// Pixels with samples of one kind.
@@ -75,26 +86,42 @@ struct Trial {
     samples: f64,
 }
 
-/// The number of rays at first hits that is best for a picture of the scene, as far as a pilot can tell; any if `stop` becomes
-/// true.
+/// The splitting of first hits that is best for a picture of the scene, as far as a pilot can tell; any if `stop` becomes true.
 ///
-/// `integrator` is to draw other numbers than the picture.
-pub(super) fn best(scene: &Scene, integrator: &Integrator, stop: &AtomicBool) -> u32 {
+/// `integrator` makes one that draws other numbers than the picture, and splits samples of lights or does not.
+pub(super) fn best<'a>(
+    scene: &'a Scene,
+    integrator: impl Fn(bool) -> Integrator<'a>,
+    stop: &AtomicBool,
+) -> Split {
     let [width, height] = scene.camera.resolution;
     let whole = PixelRect { x0: 0, y0: 0, x1: width, y1: height };
+    let integrators = [false, true].map(integrator);
+    let splits_lights = match scene.settings.light_samples {
+        _ if !integrators[0].samples_lights() => [true, false],
+        LightSamples::One => [true, false],
+        LightSamples::Split => [false, true],
+        LightSamples::Auto => [true, true],
+    };
     let trials: Vec<Trials> = tiles(whole, TILE_SIZE)
         .par_iter()
         .map(|tile| {
             let pixels: Vec<_> =
                 tile.active.iter().copied().filter(|pixel| is_tried(pixel, whole.area())).collect();
-            let try_with = |split| try_splitting(scene, integrator, (tile, &pixels), split, stop);
-            Trials { one: try_with(1), many: try_with(PILOT_SPLIT) }
+            let try_with = |integrator, split| try_splitting(scene, integrator, (tile, &pixels), split, stop);
+            let many = [0, 1].map(|lights| {
+                let wanted = splits_lights[lights].then(|| try_with(&integrators[lights], PILOT_SPLIT));
+                wanted.unwrap_or_default()
+            });
+            Trials { one: try_with(&integrators[0], 1), many }
         })
         .collect();
     let mut all = Trials::default();
     for Trials { one, many } in trials {
         all.one.add(one);
-        all.many.add(many);
+        for (all, many) in all.many.iter_mut().zip(many) {
+            all.add(many);
+        }
     }
     all.best_split()
 }
@@ -168,14 +195,24 @@ fn luminance_sum(pixel: &Pixel) -> f64 {
 }
 
 impl Trials {
-    /// The number of rays that is best for the picture as a whole.
-    fn best_split(&self) -> u32 {
-        let [one, many] = [&self.one, &self.many];
+    /// The splitting that is best for the picture as a whole.
+    fn best_split(&self) -> Split {
+        let tried = [0, 1].map(|lights| self.best_rays(&self.many[lights]));
+        let lights = tried[1].1 < WORTH_IT * tried[0].1;
+        Split { rays: tried[usize::from(lights)].0, lights }
+    }
+
+    /// The number of rays that is best where many are as in this trial, and what variance times cost is by that of one ray.
+    fn best_rays(&self, many: &Trial) -> (u32, f64) {
+        let one = &self.one;
+        if many.pixels.is_empty() {
+            return (1, f64::INFINITY);
+        }
         let level = 0.5 * (one.mean_luminance() + many.mean_luminance());
         let [noise_of_one, noise_of_many] = [one, many].map(|trial| trial.noise(level));
         // Nobody knows of a picture without noise, nor of one with hardly a pixel.
         if noise_of_one.len() < 2 || noise_of_one.iter().sum::<f64>() <= 0.0 {
-            return 1;
+            return (1, 1.0);
         }
         let left = left_in_picture(left_of_variance(&noise_of_one, &noise_of_many));
         closed_form(left, [one.mean_cost(), many.mean_cost()])
@@ -220,15 +257,16 @@ fn left_in_picture(left: f64) -> f64 {
 }
 
 /// The whole number next to `sqrt(V2 c1 / (V1 c2))`, or a smaller one that is as good, from what is left of the variance
-/// with [`PILOT_SPLIT`] rays, and what a camera sample costs without and with them.
-fn closed_form(left: f64, cost: [f64; 2]) -> u32 {
+/// with [`PILOT_SPLIT`] rays, and what a camera sample costs without and with them; and what variance times cost is then, by
+/// that of one ray.
+fn closed_form(left: f64, cost: [f64; 2]) -> (u32, f64) {
     let m = f64::from(PILOT_SPLIT);
     let lobe_cost = (cost[1] - cost[0]) / (m - 1.0);
     let camera_cost = cost[0] - lobe_cost;
     let lobe_variance = (1.0 - left) * m / (m - 1.0);
     let camera_variance = 1.0 - lobe_variance;
     if !(lobe_cost > 0.0 && camera_cost > 0.0 && lobe_variance > 0.0) {
-        return 1;
+        return (1, 1.0);
     }
     let product = |m: u32| {
         let m = f64::from(m);
@@ -237,7 +275,8 @@ fn closed_form(left: f64, cost: [f64; 2]) -> u32 {
     let best = (2..=MAX_AUTO_SPLIT).map(product).fold(f64::INFINITY, f64::min);
     let is_as_good = |m: &u32| product(*m) <= AS_GOOD * best;
     let least = (2..=MAX_AUTO_SPLIT).find(is_as_good);
-    least.filter(|m| product(*m) <= WORTH_IT * product(1)).unwrap_or(1)
+    let rays = least.filter(|m| product(*m) <= WORTH_IT * product(1)).unwrap_or(1);
+    (rays, product(rays) / product(1))
 }
 
 impl Trial {
@@ -277,9 +316,9 @@ mod tests {
         let m = f64::from(PILOT_SPLIT);
         // The roots are 4.6, 2.05, 1 and 0; three rays are within 4 % of five.
         for (v1, v2, expected) in [(0.01, 0.21, 3), (0.05, 0.21, 2), (0.2, 0.2, 1), (0.21, 0.0, 1)] {
-            assert_eq!(closed_form((v1 + v2 / m) / (v1 + v2), [2.0, 1.0 + m]), expected);
+            assert_eq!(closed_form((v1 + v2 / m) / (v1 + v2), [2.0, 1.0 + m]).0, expected);
         }
-        assert_eq!(Trials::default().best_split(), 1);
+        assert_eq!(Trials::default().best_split(), Split { rays: 1, lights: false });
     }
 
     #[test]
@@ -302,11 +341,22 @@ mod tests {
                 (0..100 * TOGETHER).map(|i| [1.0, variance(i)]).collect()
             };
             let trial = |kind, cost| Trial { pixels: pixels(kind), cost, samples: 4.0 };
-            Trials { one: trial(0, 8.0), many: trial(1, 20.0) }
+            Trials { one: trial(0, 8.0), many: [trial(1, 20.0), Trial::default()] }
         };
         // A few neighbours alone say that splitting helps; a hundred times as many are believed.
-        assert_eq!(trials([1.0, 0.2], [0.01; 2]).best_split(), 1);
-        assert!(trials([1.0, 0.3], [1.0, 0.3]).best_split() >= 2);
+        assert_eq!(trials([1.0, 0.2], [0.01; 2]).best_split().rays, 1);
+        assert!(trials([1.0, 0.3], [1.0, 0.3]).best_split().rays >= 2);
+    }
+
+    #[test]
+    fn samples_of_lights_split_where_they_are_worth_it() {
+        let trial = |variance, cost| Trial { pixels: vec![[1.0, variance]; 100], cost, samples: 4.0 };
+        let best = |left: f32, cost| {
+            let many = [trial(0.6, 20.0), trial(left, cost)];
+            Trials { one: trial(1.0, 8.0), many }.best_split()
+        };
+        assert!(best(0.35, 22.0).lights && best(0.35, 22.0).rays > 1);
+        assert!(!best(0.6, 22.0).lights && !best(0.35, 60.0).lights);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Named sets of settings.
 
-use super::settings::{AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
+use super::settings::{AtMaxDepth, DirectLight, GlossySamples, LightSamples, Occlusion, SelfHit, Settings};
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use schemars::JsonSchema;
@@ -38,6 +38,7 @@ impl Preset {
             horizon: Horizon::Fold,
             self_hit: SelfHit::Offset,
             direct_light: DirectLight::Mis,
+            light_samples: LightSamples::One,
             diffuse_bounces: false,
             guiding: false,
             emitter_edges: false,

@@ -97,6 +97,19 @@ impl GlossySamples {
     }
 }
 
+/// How many samples of lights a hit takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSamples {
+    /// One, however many rays leave it.
+    One,
+    /// As many as rays leave it.
+    Split,
+    /// As a pilot finds to be better, where one finds out into how many rays hits split; else one.
+    #[default]
+    Auto,
+}
+
 /// How light that comes straight from a light is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -179,6 +192,8 @@ pub struct Settings {
     pub self_hit: SelfHit,
     /// How direct light is found.
     pub direct_light: DirectLight,
+    /// Samples of lights per hit.
+    pub light_samples: LightSamples,
     /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
     pub diffuse_bounces: bool,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
@@ -229,6 +244,7 @@ impl Default for Settings {
             horizon: Horizon::default(),
             self_hit: SelfHit::default(),
             direct_light: DirectLight::default(),
+            light_samples: LightSamples::default(),
             diffuse_bounces: true,
             guiding: true,
             emitter_edges: true,

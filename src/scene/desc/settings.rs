@@ -3,7 +3,9 @@
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
-use crate::scene::settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, Occlusion, SelfHit, Settings};
+use crate::scene::settings::{
+    Aov, AtMaxDepth, DirectLight, GlossySamples, LightSamples, Occlusion, SelfHit, Settings,
+};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -31,6 +33,8 @@ pub struct SettingsDesc {
     pub self_hit: Option<SelfHit>,
     /// How direct light is found.
     pub direct_light: Option<DirectLight>,
+    /// Samples of lights per hit.
+    pub light_samples: Option<LightSamples>,
     /// Whether diffuse surfaces see other surfaces or only lights.
     pub diffuse_bounces: Option<bool>,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
@@ -67,6 +71,7 @@ impl SettingsDesc {
             horizon: self.horizon.unwrap_or(preset.horizon),
             self_hit: self.self_hit.unwrap_or(preset.self_hit),
             direct_light: self.direct_light.unwrap_or(preset.direct_light),
+            light_samples: self.light_samples.unwrap_or(preset.light_samples),
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
