@@ -54,9 +54,11 @@ const POWER: f64 = 0.7;
 /// samples, more samples bring more than more rays.
 const AS_GOOD: f64 = 1.04;
 
-/// Splitting must promise to be better than not to split by this factor, and splitting samples of lights too than splitting rays
-/// alone: promises are not as good as they look.
+/// Splitting must promise to be better than not to split by this factor: promises are not as good as they look.
 const WORTH_IT: f64 = 0.96;
+
+/// Splitting samples of lights too must promise to be better than splitting rays alone by this factor.
+const LIGHTS_WORTH_IT: f64 = 0.93;
 
 /// What a first hit is worth splitting into.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,7 +200,7 @@ impl Trials {
     /// The splitting that is best for the picture as a whole.
     fn best_split(&self) -> Split {
         let tried = [0, 1].map(|lights| self.best_rays(&self.many[lights]));
-        let lights = tried[1].1 < WORTH_IT * tried[0].1;
+        let lights = tried[1].1 < LIGHTS_WORTH_IT * tried[0].1;
         Split { rays: tried[usize::from(lights)].0, lights }
     }
 
