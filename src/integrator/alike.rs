@@ -4,13 +4,11 @@
 
 use super::bounce::{Dimension, most_survivors, share_of_survivors};
 use super::direct::{bounded_by, power_heuristic};
-use super::eight::{Directions, Eight, Lane, Pairs};
+use super::eight::{Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
-use super::metals::Metals;
+use super::lobes::Lobes;
 use super::order::Order;
 use super::path::Path;
-use super::plastics::Plastics;
-use super::powers::ColouredPowers;
 use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
@@ -19,80 +17,6 @@ use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
 use glam::Vec3;
-
-/// One lobe of each of eight surfaces, all of one kind.
-pub(super) enum Lobes {
-    /// Diffuse ones, by their reflectance.
-    Diffuse(Colours),
-    /// Those of rough metals.
-    Metal(Metals),
-    /// Those of plastics.
-    Plastic(Plastics),
-    /// Cosine powers.
-    Power(ColouredPowers),
-}
-
-impl Lobes {
-    /// The lobes of eight surfaces of a kind, if that kind is one of these: only then is each `lobe` asked for.
-    #[inline(always)]
-    fn of(kind: usize, lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
-        match kind {
-            Order::DIFFUSE => Self::diffuse(lobe),
-            Order::METAL => Metals::of(lobe).map(Self::Metal),
-            Order::PLASTIC => Plastics::of(lobe).map(Self::Plastic),
-            Order::POWER => ColouredPowers::of(lobe).map(Self::Power),
-            _ => None,
-        }
-    }
-
-    /// `None` if a lobe is not diffuse.
-    #[inline(always)]
-    fn diffuse(lobe: impl Fn(usize) -> Bxdf) -> Option<Self> {
-        let mut reflectances = Colours::default();
-        for lane in 0..LANES {
-            let Bxdf::Diffuse(lobe) = lobe(lane) else { return None };
-            reflectances.set(lane, lobe.reflectance);
-        }
-        Some(Self::Diffuse(reflectances))
-    }
-
-    /// What is reflected of light from `wi`, and the density of rays there.
-    #[inline(always)]
-    fn evaluate(&self, points: &Interactions, wi: &Vectors) -> (Colours, Floats) {
-        match self {
-            Self::Diffuse(reflectance) => {
-                let (mut f_cos, mut pdf) = (Colours::default(), Floats::default());
-                for lane in 0..LANES {
-                    pdf[lane] = Diffuse::density(points.n.get(lane), points.ng.get(lane), wi.get(lane));
-                    f_cos.set(lane, reflectance.get(lane) * pdf[lane]);
-                }
-                (f_cos, pdf)
-            }
-            Self::Metal(metals) => metals.evaluate(points, wi),
-            Self::Plastic(plastics) => plastics.evaluate(points, wi),
-            Self::Power(powers) => powers.evaluate(points, wi),
-        }
-    }
-
-    /// The directions that the numbers `u` draw, and the colour of each one's weight.
-    #[inline(always)]
-    fn draw(&self, points: &Interactions, u: &Pairs) -> (Directions, Colours) {
-        match self {
-            Self::Diffuse(reflectance) => (Directions::diffuse(points, u), *reflectance),
-            Self::Metal(metals) => metals.draw(points, u),
-            Self::Plastic(plastics) => plastics.draw(points, u),
-            Self::Power(powers) => powers.draw(points, u),
-        }
-    }
-
-    /// Of all of them.
-    fn kind(&self) -> LobeKind {
-        match self {
-            Self::Diffuse(_) => LobeKind::Diffuse,
-            Self::Metal(_) | Self::Plastic(_) | Self::Power(_) => LobeKind::Glossy,
-        }
-    }
-}
 
 /// The numbers of one ray of each of eight surfaces.
 struct Numbers {
@@ -317,8 +241,7 @@ impl Integrator<'_> {
     fn add_ambient(&self, Group { seen, eight, count, out, .. }: &mut Group) {
         for lane in 0..*count {
             let (path, (_, hit)) = (eight.from[lane], seen[lane]);
-            let geometry = &self.scene.geometries[hit.geom_id as usize];
-            let material = &self.scene.materials[geometry.material as usize];
+            let material = self.scene.material(hit.geom_id);
             self.reflect_ambient(path, material, eight.points.p.get(lane), out);
         }
     }
@@ -373,7 +296,7 @@ impl Integrator<'_> {
         let mut numbers =
             Numbers { index: [0; LANES], lobe: part.chosen.unwrap_or(eight.lobe), survival: [-1.0; LANES] };
         for (lane, path) in eight.from.iter().enumerate() {
-            numbers.index[lane] = path.index.wrapping_mul(part.rays).wrapping_add(number);
+            numbers.index[lane] = path.index_of(number, part.rays);
         }
         if part.rays > 1 || part.number > 0 && part.chosen.is_none() {
             numbers.lobe = eight.draw_at(Dimension::Lobe(part.number), numbers.index);
@@ -543,8 +466,8 @@ impl Part<'_> {
                 part.rate[lane] = if part.leave[lane] && total > 0.0 { weight[number] / total } else { 0.0 };
                 part.leave[lane] &= is_this;
             }
-            rest[0][lane] = part_of(at, 0.0, weight[0]);
-            rest[1][lane] = part_of(at, weight[0], weight[1]);
+            rest[0][lane] = within(at, 0.0, weight[0]);
+            rest[1][lane] = within(at, weight[0], weight[1]);
         }
         (first.chosen, second.chosen) = (Some([rest[0], y]), Some([rest[1], y]));
     }
@@ -567,12 +490,6 @@ impl Part<'_> {
         }
         *reflected = sum;
     }
-}
-
-/// How far into the `width` from `low` on a number is, in `[0, 1)`.
-#[inline(always)]
-fn part_of(x: f32, low: f32, width: f32) -> f32 {
-    ((x - low) / width).clamp(0.0, 1.0 - 0.5 * f32::EPSILON)
 }
 
 impl Guides {

@@ -25,6 +25,8 @@ pub(super) enum Dimension {
     Survival,
     /// The rays that stand for the visibility of the environment.
     Occlusion,
+    /// The camera rays that look for emitters: at no surface, of depth 0.
+    Emitters,
 }
 
 impl Dimension {
@@ -40,6 +42,7 @@ impl Dimension {
             Self::Survival => 5,
             // Beyond all others, so that they stay what they are.
             Self::Occlusion => return 0x8000_0000 + depth,
+            Self::Emitters => return 0x4000_0000 + depth,
         };
         1 + depth * Self::PER_VERTEX + offset
     }
@@ -281,7 +284,7 @@ impl Integrator<'_> {
         while wave.len() < self.capacity
             && let Some((lobe, number)) = leaving.take()
         {
-            let index = from.path.index.wrapping_mul(leaving.count[lobe]).wrapping_add(number);
+            let index = from.path.index_of(number, leaving.count[lobe]);
             let at_hand = drawn.filter(|_| lobe == 0 && leaving.count[0] == 1);
             let chosen = leaving.chosen.filter(|_| !leaving.emission_only[lobe]);
             let depth = from.path.depth;
@@ -350,7 +353,7 @@ impl Integrator<'_> {
             lobes_look: leaving.lobes_look,
             emission_only: leaving.emission_only[lobe],
             emission_apart: false,
-            followed: leaving.followed == Some(lobe) && index == path.index.wrapping_mul(leaving.count[lobe]),
+            followed: leaving.followed == Some(lobe) && index == path.index_of(0, leaving.count[lobe]),
         };
         let class = if bxdf.kind() == LobeKind::Diffuse { RayClass::Diffuse } else { RayClass::Glossy };
         wave.push(class, child, point.spawn(sample.wi, f32::INFINITY, settings.self_hit));
@@ -383,7 +386,7 @@ fn choose(weights: &[f32], x: f32) -> (usize, f32) {
     let mut before = 0.0;
     let mut chosen = (0, 0.0);
     for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-        chosen = (i, ((x - before) / w).clamp(0.0, 1.0 - 0.5 * f32::EPSILON));
+        chosen = (i, guided::within(x, before, w));
         before += w;
         if x < before {
             break;

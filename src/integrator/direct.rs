@@ -91,7 +91,7 @@ impl Integrator<'_> {
         }
         let mut indices = [0; LANES];
         for (lane, path) in drawn.from.iter().enumerate() {
-            indices[lane] = path.index.wrapping_mul(of[lane]).wrapping_add(number);
+            indices[lane] = path.index_of(number, of[lane]);
         }
         let light = drawn.draw_at(Dimension::LightDirection, indices);
         lights.sample_eight(to, || drawn.draw_at(Dimension::Choice, indices)[1], &light, samples);

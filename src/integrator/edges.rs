@@ -6,6 +6,7 @@
 //! leaves its emission out. Where edges are is found by rays through the corners of pixels, and by the place of what is small:
 //! it hangs on no sample, so that nothing is biased, wherever an edge is overlooked.
 
+use super::bounce::Dimension;
 use super::roots::Roots;
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
@@ -19,9 +20,6 @@ use rayon::prelude::*;
 
 /// Rays per sample that look for emitters.
 const RAYS: u32 = 16;
-
-/// The pair of random numbers that their places in the pixel come from: beyond those of all depths.
-const DIMENSION: u32 = 0x4000_0000;
 
 /// Pixels of the rectangle about an emitter so small that the corners of pixels may miss it.
 const SMALL: usize = 36;
@@ -125,7 +123,7 @@ fn emission(scene: &Scene, rays: &[Ray], hits: &[Option<Hit>]) -> [Rgb; LANES] {
     let (mut found, mut one_sided) = ([Rgb::BLACK; LANES], [None; LANES]);
     for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
         let Some(hit) = hit else { continue };
-        let material = &scene.materials[scene.geometries[hit.geom_id as usize].material as usize];
+        let material = scene.material(hit.geom_id);
         if let Some(emission) = material.emission {
             found[lane] = emission;
             one_sided[lane] = (!material.emits_both_sides).then_some((ray, hit));
@@ -169,7 +167,7 @@ impl Looks {
         for first in (0..RAYS).step_by(LANES) {
             let start = index.wrapping_mul(RAYS).wrapping_add(first);
             let indices = std::array::from_fn(|lane| start.wrapping_add(lane as u32));
-            let [dx, dy] = Sampler::pairs([sampler; LANES], indices, [DIMENSION; LANES]);
+            let [dx, dy] = Sampler::pairs([sampler; LANES], indices, [Dimension::Emitters.at(0); LANES]);
             for lane in 0..LANES {
                 let direction = camera.direction(x as f32 + dx[lane], y as f32 + dy[lane]);
                 self.rays.push(Ray::new(camera.eye, direction));
@@ -181,16 +179,7 @@ impl Looks {
 impl Integrator<'_> {
     /// Adds to samples what their rays find of emitters.
     pub(super) fn find_emitters(&self, looks: &mut Looks, roots: &mut Roots, tally: &mut Tally) {
-        let Looks { rays, hits, .. } = looks;
-        if rays.is_empty() {
-            return;
-        }
-        hits.clear();
-        hits.resize(rays.len(), None);
-        self.log.inspect(|log| log.record(RayClass::Primary, rays));
-        tally.time(RayClass::Primary, rays.len(), || {
-            self.accel.intersect(rays, Coherence::Coherent, hits);
-        });
+        self.intersect(RayClass::Primary, &looks.rays, &mut looks.hits, tally);
         widely(Found { scene: self.scene, looks, roots, tally });
     }
 }

@@ -4,7 +4,7 @@
 //! accelerator as one slice, hits are shaded by eight, surfaces of a kind together (`order`), shadow rays go as a second
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
 //! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight surfaces of
-//! one kind), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
+//! one kind, by their `lobes`), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
 //! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin, `edges` those that
 //! look for edges of lamps alone, and `roots` where it all comes together.
 //! Knows nothing of files or progress, nor of threads but where edges are looked for before the picture.
@@ -16,6 +16,7 @@ mod edges;
 mod eight;
 mod guide;
 mod guided;
+mod lobes;
 mod metals;
 mod occlusion;
 mod order;

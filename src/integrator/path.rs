@@ -59,6 +59,12 @@ impl Path {
         }
     }
 
+    /// Index of the random numbers of one of so many at a hit that splits.
+    #[inline(always)]
+    pub(super) fn index_of(&self, number: u32, of: u32) -> u32 {
+        self.index.wrapping_mul(of).wrapping_add(number)
+    }
+
     /// The surface at `origin` that the ray left, as lights saw it.
     #[inline]
     pub(super) fn receiver(&self, origin: Vec3) -> Receiver {

@@ -279,7 +279,17 @@ impl<'a> Integrator<'a> {
     /// Asks for the hits of one class of the wave.
     fn ask(&self, class: RayClass, scratch: &mut Scratch, tally: &mut Tally) {
         let Scratch { wave, hits, .. } = scratch;
-        let rays = &wave.classes[class as usize].rays;
+        self.intersect(class, &wave.classes[class as usize].rays, hits, tally);
+    }
+
+    /// Finds the hits of rays of a class.
+    pub(super) fn intersect(
+        &self,
+        class: RayClass,
+        rays: &[Ray],
+        hits: &mut Vec<Option<Hit>>,
+        tally: &mut Tally,
+    ) {
         hits.clear();
         hits.resize(rays.len(), None);
         if rays.is_empty() {

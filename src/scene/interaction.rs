@@ -53,8 +53,7 @@ impl Scene {
 
     /// The lobes at a point of a geometry.
     pub fn bsdf(&self, geom_id: u32, p: Vec3) -> Bsdf {
-        let geometry = &self.geometries[geom_id as usize];
-        self.materials[geometry.material as usize].bsdf(p)
+        self.material(geom_id).bsdf(p)
     }
 }
 

@@ -72,10 +72,15 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The material of a geometry.
+    #[inline(always)]
+    pub fn material(&self, geom_id: u32) -> &Material {
+        &self.materials[self.geometries[geom_id as usize].material as usize]
+    }
+
     /// The bounds of each shape that emits.
     pub fn emitters(&self) -> impl Iterator<Item = Aabb> {
-        let emits = |geometry: &Geometry| self.materials[geometry.material as usize].emission.is_some();
-        let of_geometries = self.shapes.iter().zip(&self.geometries);
-        of_geometries.filter(move |(_, geometry)| emits(geometry)).map(|(shape, _)| shape.bounds())
+        let of_ids = (0..).zip(&self.shapes);
+        of_ids.filter(|(id, _)| self.material(*id).emission.is_some()).map(|(_, shape)| shape.bounds())
     }
 }

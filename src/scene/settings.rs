@@ -207,8 +207,8 @@ pub struct Settings {
     /// (the largest channel; the colour is kept). Biased: darker, without the bright dots of rare ways. Off by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clamp_indirect: Option<f32>,
-    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number: from 17 on, since each
-    /// has 16. A threshold of noise takes the place of this.
+    /// Whether noisy pixels get more of the samples than others, which then are the pixels' mean number: of those beyond
+    /// [`EVEN_SAMPLES`] per pixel. A threshold of noise takes the place of this.
     pub adaptive: bool,
     /// Pictures beside the picture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
