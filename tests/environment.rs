@@ -1,9 +1,10 @@
 //! Environments: what they show, and their sampling against their density.
 
 use glam::Vec3;
+use gloss::core::lanes::Vectors;
 use gloss::core::{Rgb, Sampler, SamplerKind, warp};
 use gloss::scene::light::environment::{EnvironmentImageError, Gradient, Softbox};
-use gloss::scene::{Environment, Light, Lights, Receiver};
+use gloss::scene::{Environment, Light, Lights, Receiver, Receivers, Rivals};
 use std::f64::consts::PI;
 
 /// Independent numbers `(choice, u)` in a fixed order.
@@ -56,10 +57,13 @@ fn only(environment: Environment) -> Lights {
     Lights::new(vec![], Some(environment))
 }
 
-const RECEIVER: Receiver = Receiver { p: Vec3::ZERO, n: Vec3::new(0.6, 0.48, -0.64), lobes_look: false };
+const RECEIVER: Receiver = Receiver { p: Vec3::ZERO, n: Vec3::new(0.6, 0.48, -0.64), rivals: Rivals::None };
 
 /// The same where rays of its own lobes look for light too.
-const LOOKING: Receiver = Receiver { lobes_look: true, ..RECEIVER };
+const LOOKING: Receiver = Receiver { rivals: Rivals::Lobes, ..RECEIVER };
+
+/// The same where portals are looked through as well.
+const BESIDE_PORTALS: Receiver = Receiver { rivals: Rivals::Portals, ..RECEIVER };
 
 /// Means of `le` and of the density over the sphere by the midpoint rule in (u, v), each times 4 pi.
 fn integrals(lights: &Lights, to: &Receiver) -> [f64; 2] {
@@ -84,10 +88,12 @@ fn densities_integrate_to_one_and_samples_to_the_light_of_all_directions() {
         let lights = only(environment);
         let [light, one] = integrals(&lights, &RECEIVER);
         assert!((one - 1.0).abs() < 2e-3, "{name}: {one}");
-        // Where lobes look themselves, an even environment is theirs and samples of others go to what is bright.
-        let [_, density] = integrals(&lights, &LOOKING);
-        let expected = if lights.sample(&LOOKING, 0.5, [0.5; 2]).is_some() { 1.0 } else { 0.0 };
-        assert!((density - expected).abs() < 3e-3, "{name}: {density} for lobes that look");
+        // Where others look too, an even environment is theirs and samples of others go to what is bright.
+        for to in [LOOKING, BESIDE_PORTALS] {
+            let [_, density] = integrals(&lights, &to);
+            let expected = if lights.sample(&to, 0.5, [0.5; 2]).is_some() { 1.0 } else { 0.0 };
+            assert!((density - expected).abs() < 3e-3, "{name}: {density} beside {:?}", to.rivals);
+        }
         let (mut sum, mut squares) = (0.0, 0.0);
         let n = 40_000;
         for i in 0..n {
@@ -110,7 +116,7 @@ fn densities_integrate_to_one_and_samples_to_the_light_of_all_directions() {
 fn a_sample_has_the_radiance_and_the_density_of_its_direction() {
     for (name, environment) in all() {
         let lights = only(environment);
-        for (i, to) in (0..10_000).zip([RECEIVER, LOOKING].iter().cycle()) {
+        for (i, to) in (0..10_000).zip([RECEIVER, LOOKING, BESIDE_PORTALS].iter().cycle()) {
             let (choice, u) = numbers(2, i);
             let Some(sample) = lights.sample(to, choice, u) else { continue };
             assert!((sample.wi.length() - 1.0).abs() < 1e-6 && sample.t_max == f32::INFINITY, "{name}");
@@ -149,6 +155,22 @@ fn image_samples_are_distributed_as_their_density_says() {
     chi_square_of_image_samples(&RECEIVER, 300);
     // Only what is brighter than the mean: the sun and the sky about it.
     chi_square_of_image_samples(&LOOKING, 20);
+    // The sun, at a height that is as likely as the way along it.
+    chi_square_of_image_samples(&BESIDE_PORTALS, 12);
+}
+
+#[test]
+fn what_is_even_is_seen_with_the_density_zero_where_others_find_it() {
+    let even = only(Environment::image(4, 2, vec![Rgb::grey(0.7); 8], 0.0, 1.0).unwrap());
+    for to in [LOOKING, BESIDE_PORTALS] {
+        let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
+        receivers.set(3, &to);
+        directions.set(3, Vec3::Y);
+        let environment = even.environment.as_ref().unwrap();
+        let (le, pdf) = even.environment_and_pdf_eight(environment, &receivers, &directions);
+        assert_eq!((le[0][3], pdf[3]), (0.7, 0.0), "{:?}", to.rivals);
+        assert_eq!(even.sample(&to, 0.5, [0.5; 2]), None);
+    }
 }
 
 fn chi_square_of_image_samples(to: &Receiver, least_bins: i32) {
@@ -276,13 +298,13 @@ fn a_product_shot_lights_a_white_sphere_to_about_one() {
         samples.sum::<f32>() / 20_000.0 / PI as f32
     };
     let n = Vec3::new(-0.3, 0.5, 0.8).normalize();
-    let radiance = front(&Receiver { p: Vec3::ZERO, n, lobes_look: false });
+    let radiance = front(&Receiver { p: Vec3::ZERO, n, rivals: Rivals::None });
     assert!((0.7..1.3).contains(&radiance), "{radiance}");
 }
 
 #[test]
 fn near_far_and_surrounding_light_add_up() {
-    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: false };
+    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, rivals: Rivals::None };
     let lights = || {
         vec![
             Light::rectangle(Vec3::new(1.0, 2.0, 0.0), Vec3::X, Vec3::Z, Rgb::WHITE, false),

@@ -4,7 +4,7 @@ use glam::Vec3;
 use gloss::accel::{Accelerator, Coherence, brute::Brute};
 use gloss::core::{Hit, Ray, Rgb, Sampler, SamplerKind, warp};
 use gloss::geometry::{Shape, Sphere, TriangleMesh};
-use gloss::scene::{EmitterHit, Light, LightSample, Lights, Receiver};
+use gloss::scene::{EmitterHit, Light, LightSample, Lights, Receiver, Rivals};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -165,7 +165,7 @@ impl Stage {
 fn receivers(seed: u32, count: u32) -> impl Iterator<Item = Receiver> {
     (0..count).map(move |i| {
         let distance = 0.05 * (120.0f32).powf(numbers(seed + 1, i).0);
-        Receiver { p: distance * direction(seed, i), n: direction(seed + 2, i), lobes_look: false }
+        Receiver { p: distance * direction(seed, i), n: direction(seed + 2, i), rivals: Rivals::None }
     })
 }
 
@@ -233,7 +233,7 @@ fn a_sphere_gives_the_irradiance_of_a_disk() {
     for (distance, tilt) in [(0.51f32, 0.0f32), (0.8, 0.5), (3.0, 1.2), (40.0, 0.3), (1e6, 0.7)] {
         let stage = Stage::sphere("sphere", 0.5, false);
         let n = Vec3::new(tilt.sin(), 0.0, tilt.cos());
-        let to = Receiver { p: -distance * Vec3::Z, n, lobes_look: false };
+        let to = Receiver { p: -distance * Vec3::Z, n, rivals: Rivals::None };
         let sin = 0.5 / f64::from(distance);
         assert!(f64::from(tilt) + sin.asin() < PI / 2.0 || tilt == 0.0);
         let exact = PI * sin * sin * f64::from(tilt).cos();
@@ -266,7 +266,7 @@ fn a_polygon_gives_lamberts_irradiance() {
         (Vec3::new(0.2, 2.0, 3.0), Vec3::new(0.0, -1.0, -0.8).normalize()),
         (Vec3::new(-90.0, 120.0, 15.0), Vec3::new(0.2, -0.8, 0.1).normalize()),
     ] {
-        let to = Receiver { p, n, lobes_look: false };
+        let to = Receiver { p, n, rivals: Rivals::None };
         let exact = lambert(&rectangle_corners, &to);
         irradiance(&rectangle.lights, &to, 6, 40_000).assert_is(exact, 0.0, &format!("rectangle from {p}"));
         if p.y > 0.1 {
@@ -281,7 +281,7 @@ fn a_coaxial_disk_gives_its_form_factor() {
     let (radius, corners) = (0.5f64, 256);
     let stage = Stage::mesh("disk", disk(radius as f32, corners), false);
     for height in [0.2f32, 0.5, 3.0] {
-        let to = Receiver { p: height * Vec3::Y, n: Vec3::NEG_Y, lobes_look: false };
+        let to = Receiver { p: height * Vec3::Y, n: Vec3::NEG_Y, rivals: Rivals::None };
         let exact = PI * radius.powi(2) / (radius.powi(2) + f64::from(height).powi(2));
         // 256 corners leave 1e-4 of the disk's area out.
         irradiance(&stage.lights, &to, 7, 40_000).assert_is(exact, 2e-5 * exact, &format!("from {height}"));
@@ -307,7 +307,7 @@ fn a_mesh_is_asked_for_light_where_it_is_near_and_shines() {
         (Vec3::new(0.0, -0.5, 0.5), Vec3::Y),
         (Vec3::new(0.0, 0.0, -1.3), Vec3::Z),
     ] {
-        let to = Receiver { p, n, lobes_look: false };
+        let to = Receiver { p, n, rivals: Rivals::None };
         let by_place = irradiance(&stage.lights, &to, 11, 20_000);
         let mut by_area = Mean::default();
         (0..20_000).for_each(|i| by_area.add(evenly(&to, i)));
@@ -337,7 +337,7 @@ fn the_back_of_a_light_is_dark_unless_both_sides_shine() {
         (Stage::sphere("sphere", 1.0, false), Vec3::new(0.2, 0.1, 0.0)),
         (Stage::mesh("disk", disk(1.0, 16), false), Vec3::new(0.1, -0.5, 0.2)),
     ] {
-        let to = Receiver { p: behind, n: Vec3::Y, lobes_look: false };
+        let to = Receiver { p: behind, n: Vec3::Y, rivals: Rivals::None };
         assert!((0..100).all(|i| stage.sample(&to, 8, i).is_none()), "{}", stage.name);
         let hit = EmitterHit { light: 0, prim_id: 0, wi: Vec3::Y, t: 0.5, ng: Vec3::NEG_Y };
         assert_eq!(stage.lights.pdf(&to, &hit), 0.0, "{}", stage.name);
@@ -347,14 +347,14 @@ fn the_back_of_a_light_is_dark_unless_both_sides_shine() {
         (Stage::sphere("sphere", 1.0, true), Vec3::new(0.2, 0.1, 0.0)),
         (Stage::mesh("disk", disk(1.0, 16), true), Vec3::new(0.1, -0.5, 0.2)),
     ] {
-        let to = Receiver { p: behind, n: Vec3::Y, lobes_look: false };
+        let to = Receiver { p: behind, n: Vec3::Y, rivals: Rivals::None };
         assert!((0..100).all(|i| stage.sample(&to, 8, i).is_some()), "{}", stage.name);
     }
 }
 
 #[test]
 fn lights_that_no_ray_can_hit_have_an_infinite_density() {
-    let to = Receiver { p: Vec3::new(1.0, 2.0, 3.0), n: Vec3::Y, lobes_look: false };
+    let to = Receiver { p: Vec3::new(1.0, 2.0, 3.0), n: Vec3::Y, rivals: Rivals::None };
     let position = Vec3::new(1.0, 6.0, 3.0);
     let only = |light| Lights::new(vec![light], None).sample(&to, 0.3, [0.5; 2]).unwrap();
     let cases = [
@@ -386,7 +386,7 @@ fn nothing_is_nan_or_infinite_on_at_or_very_far_from_a_light() {
     places.extend([1e3, 1e6, 1e12, 1e19].map(|d| d * Vec3::new(0.6, 0.48, 0.64)));
     for (name, lights) in &all {
         for &p in &places {
-            let to = Receiver { p, n: Vec3::Y, lobes_look: false };
+            let to = Receiver { p, n: Vec3::Y, rivals: Rivals::None };
             for i in 0..50 {
                 let (choice, u) = numbers(9, i);
                 let u = if i == 0 { [0.0; 2] } else { u };

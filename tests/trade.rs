@@ -278,8 +278,9 @@ fn knobs_that_turn_nothing_are_left_out_and_ways_are_measured_once() {
     }
     for turned in &glossy.knobs {
         assert!(turned.choices.len() > 1 && turned.choices.iter().all(|c| c.way < glossy.ways.len()));
-        // The ends are those of other depths, and the base leaves the horizon to the scene.
-        let is_apart = [Knob::End, Knob::Horizon].contains(&turned.knob);
+        // The ends are those of other depths, samples of lights are those of hits that split, and the base leaves the horizon to
+        // the scene.
+        let is_apart = [Knob::End, Knob::LightSamples, Knob::Horizon].contains(&turned.knob);
         assert!(is_apart || turned.choices.iter().any(|c| c.way == 0), "{:?}", turned.knob);
     }
     let split = &glossy.knobs.iter().find(|t| t.knob == Knob::Split).unwrap().choices;

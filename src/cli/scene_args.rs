@@ -67,6 +67,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
 
+    /// Look for the environment through windows and doors, which rays find before the render: unbiased, and rooms with less noise
+    #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
+    portals: Option<bool>,
+
     /// Find edges of lamps that the camera sees by rays of their own, which are not shaded: unbiased, and clean edges
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     emitter_edges: Option<bool>,
@@ -113,6 +117,7 @@ impl SceneArgs {
             ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
             ("settings.light_samples", self.light_samples.map(name)),
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
+            ("settings.portals", self.portals.map(|yes| yes.to_string())),
             ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),

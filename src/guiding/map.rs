@@ -8,7 +8,7 @@ use crate::geometry::Aabb;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Light of a caustic that has come to a diffuse surface.
+/// Light that has come to a diffuse surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// Where it has landed.
@@ -17,24 +17,21 @@ pub struct Photon {
     pub n: Vec3,
     /// Where it came from; unit length.
     pub wi: Vec3,
-    /// Its flux.
+    /// Its flux; of a ray that was sent out to look for light, what it found.
     pub power: f32,
-    /// Radiance that one ray found there which was drawn from the surface's own lobe, without caustics; `None` where no
-    /// ray looked.
+    /// Radiance that the surface shows without this light, as one sample without a guide has it; `None` where no sample was
+    /// taken.
     pub other: Option<f32>,
 }
 
-/// The caustics on surfaces that are near each other and face about the same way.
+/// The guide of surfaces that are near each other and face about the same way.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// The share of rays that shall look for caustics, below 1.
+    /// The share of samples that shall follow it, below 1.
     pub share: f32,
-    /// Where caustics come from.
+    /// Where light comes from.
     pub mixture: Mixture,
 }
-
-/// Photons of a leaf at most: as many as tell a direction from noise.
-const MOST: usize = 64;
 
 /// The greatest share of rays that look for caustics: a cell that its few looks around have told wrong things then costs
 /// no more than twice the variance either way.
@@ -47,8 +44,8 @@ const LEAST_SHARE: f32 = 0.02;
 const SPREAD: f32 = 1.4;
 
 impl Cell {
-    /// The cell of photons, for the points of `bounds`.
-    fn new(photons: &[Photon], bounds: &Aabb) -> Option<Self> {
+    /// The guide to the caustics of photons, for the points of `bounds`.
+    pub(super) fn to_caustics(photons: &[Photon], bounds: &Aabb) -> Option<Self> {
         let caustic = photons.iter().map(|photon| photon.power).sum::<f32>() / area(photons);
         // Variances go with mean squares: the best share is that of the roots.
         let looked = || photons.iter().filter_map(|photon| photon.other);
@@ -56,13 +53,17 @@ impl Cell {
         let other = PI * mean_square.sqrt();
         let caustic = SPREAD * caustic;
         let share = caustic / (caustic + other);
+        Self::new(photons, bounds, share, GREATEST_SHARE)
+    }
+
+    /// The guide to the light of photons, if it is worth a share.
+    pub(super) fn new(photons: &[Photon], bounds: &Aabb, share: f32, greatest: f32) -> Option<Self> {
         // Nor where there is no telling.
         if share.is_nan() || share < LEAST_SHARE {
             return None;
         }
-        let share = share.min(GREATEST_SHARE);
         let mixture = fit(photons, 0.5 * (bounds.min + bounds.max), 0.5 * bounds.size().length())?;
-        Some(Self { share, mixture })
+        Some(Self { share: share.min(greatest), mixture })
     }
 }
 
@@ -104,7 +105,7 @@ const SIDES: usize = 6;
 
 /// All cells: six trees, for surfaces that face along each axis.
 #[derive(Clone, Debug, Default)]
-pub struct CausticMap {
+pub struct GuideMap {
     cells: Vec<Cell>,
     /// Where each cell counts.
     bounds: Vec<Aabb>,
@@ -114,9 +115,18 @@ pub struct CausticMap {
     of_leaves: Vec<Option<u32>>,
 }
 
-impl CausticMap {
+/// How cells are made.
+#[derive(Clone, Copy)]
+pub(super) struct Making {
+    /// Photons with light of a leaf at most: as many as tell directions from noise.
+    pub most: usize,
+    /// The cell of the photons of a leaf, for the points of its bounds.
+    pub cell: fn(&[Photon], &Aabb) -> Option<Cell>,
+}
+
+impl GuideMap {
     /// The map of these photons, the same for the same photons in the same order.
-    pub fn new(photons: Vec<Photon>) -> Self {
+    pub(super) fn new(photons: Vec<Photon>, making: Making) -> Self {
         let mut facing: [Vec<Photon>; SIDES] = Default::default();
         for photon in photons {
             facing[side(photon.n)].push(photon);
@@ -124,7 +134,7 @@ impl CausticMap {
         let mut map = Self::default();
         map.add_leaves(SIDES);
         for (side, photons) in facing.iter_mut().enumerate() {
-            map.grow(side, photons);
+            map.grow(side, photons, making);
         }
         map
     }
@@ -138,13 +148,14 @@ impl CausticMap {
     }
 
     /// Makes the tree of some photons of a leaf.
-    fn grow(&mut self, node: usize, photons: &mut [Photon]) {
+    fn grow(&mut self, node: usize, photons: &mut [Photon], making: Making) {
         let bounds = Aabb::around(photons.iter().map(|photon| photon.p));
         let size = bounds.size();
-        if photons.len() <= MOST || size == Vec3::ZERO {
+        let lit = photons.iter().filter(|photon| photon.power > 0.0).count();
+        if lit <= making.most || size == Vec3::ZERO {
             let margin = 0.1 * size.max_element();
             let bounds = bounds.grow(bounds.min - margin).grow(bounds.max + margin);
-            if let Some(cell) = Cell::new(photons, &bounds) {
+            if let Some(cell) = (making.cell)(photons, &bounds) {
                 self.of_leaves[node] = Some(self.cells.len() as u32);
                 self.bounds.push(bounds);
                 self.cells.push(cell);
@@ -157,11 +168,11 @@ impl CausticMap {
         let first = self.add_leaves(2);
         self.nodes[node] = Node::split(photons[half].p[axis], axis, first);
         let (below, above) = photons.split_at_mut(half);
-        self.grow(first, below);
-        self.grow(first + 1, above);
+        self.grow(first, below, making);
+        self.grow(first + 1, above, making);
     }
 
-    /// Whether there is no caustic anywhere.
+    /// Whether there is no guide anywhere.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }

@@ -1,5 +1,9 @@
 use super::*;
 
+fn map_of(photons: Vec<Photon>) -> GuideMap {
+    GuideMap::new(photons, Making { most: 64, cell: Cell::to_caustics })
+}
+
 /// Photons on a floor, evenly over the unit square, all from one direction.
 fn floor(count: usize, power: f32, other: f32) -> Vec<Photon> {
     let photon = |i: usize| {
@@ -12,7 +16,7 @@ fn floor(count: usize, power: f32, other: f32) -> Vec<Photon> {
 }
 
 /// The cell at one point, from lanes of which each has another.
-fn find(map: &CausticMap, p: Vec3, n: Vec3) -> Option<u32> {
+fn find(map: &GuideMap, p: Vec3, n: Vec3) -> Option<u32> {
     let (mut points, mut normals) = (Vectors::default(), Vectors::default());
     for lane in 0..LANES {
         points.set(lane, if lane == 5 { p } else { Vec3::splat(0.1 * lane as f32) });
@@ -26,7 +30,7 @@ fn the_share_of_guided_rays_goes_by_irradiance() {
     // An irradiance of 1.5 or 3 by caustics, of pi times `other` by all else; half of the rays look for it even
     // where there is nothing.
     for (caustic, other) in [(1.5, 1.0), (3.0, 2.0), (3.0, 0.0)] {
-        let map = CausticMap::new(floor(4096, caustic / 4096.0, other));
+        let map = map_of(floor(4096, caustic / 4096.0, other));
         let share = (SPREAD * caustic / (SPREAD * caustic + other * PI)).min(GREATEST_SHARE);
         let mean = map.cells.iter().map(|cell| cell.share).sum::<f32>() / map.cells.len() as f32;
         assert!(map.cells.len() >= 64, "{} cells", map.cells.len());
@@ -38,7 +42,7 @@ fn the_share_of_guided_rays_goes_by_irradiance() {
 #[test]
 fn a_point_finds_the_cell_that_its_photons_are_in() {
     let photons = floor(4096, 1.0, 0.1);
-    let map = CausticMap::new(photons.clone());
+    let map = map_of(photons.clone());
     for photon in &photons {
         let cell = find(&map, photon.p, photon.n).expect("there are photons here");
         assert!(map.bounds[cell as usize].contains(photon.p));
@@ -52,11 +56,11 @@ fn a_point_finds_the_cell_that_its_photons_are_in() {
 
 #[test]
 fn photons_that_tell_nothing_make_no_cell() {
-    assert!(CausticMap::new(vec![]).is_empty());
+    assert!(map_of(vec![]).is_empty());
     // A single point has no area, and faint caustics are not worth a ray.
-    assert!(CausticMap::new(vec![floor(1, 1.0, 0.1)[0]; 100]).is_empty());
-    assert!(CausticMap::new(floor(1000, 1e-9, 1.0)).is_empty());
+    assert!(map_of(vec![floor(1, 1.0, 0.1)[0]; 100]).is_empty());
+    assert!(map_of(floor(1000, 1e-9, 1.0)).is_empty());
     let unlooked = floor(1000, 1.0, 0.1).into_iter().map(|photon| Photon { other: None, ..photon });
-    assert!(CausticMap::new(unlooked.collect()).is_empty());
-    assert!(CausticMap::new(floor(1000, f32::NAN, 1.0)).is_empty());
+    assert!(map_of(unlooked.collect()).is_empty());
+    assert!(map_of(floor(1000, f32::NAN, 1.0)).is_empty());
 }

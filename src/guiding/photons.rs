@@ -5,7 +5,7 @@ use super::reflectors::{Reflectors, focuses};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::{Bsdf, Bxdf, Diffuse, Incidence};
 use crate::core::{Hit, Ray, Rgb, Sampler, SamplerKind};
-use crate::scene::{Receiver, Scene, SurfaceInteraction};
+use crate::scene::{Receiver, Rivals, Scene, SurfaceInteraction};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -23,6 +23,21 @@ fn choose_focusing<'a>(bsdf: &'a Bsdf, at: &Incidence, u: f32) -> Option<(&'a Bx
         u * total < before
     })?;
     Some((chosen, albedo(chosen) / total))
+}
+
+/// One light's irradiance on a surface: the way that must be free, the direction, and how much.
+pub fn light(
+    scene: &Scene,
+    point: &SurfaceInteraction,
+    rivals: Rivals,
+    u: [f32; 2],
+) -> Option<(Ray, Vec3, f32)> {
+    let receiver = Receiver { p: point.p, n: point.at.n, rivals };
+    let sample = scene.lights.sample(&receiver, 0.0, u)?;
+    let cos = sample.wi.dot(point.at.n).min(sample.wi.dot(point.at.ng));
+    let t_max = if sample.shadow { sample.t_max } else { 0.0 };
+    let ray = point.spawn_shadow(sample.wi, t_max, scene.settings.self_hit);
+    (cos > 0.0).then(|| (ray, sample.wi, sample.le_over_pdf.luminance() * cos))
 }
 
 /// Pairs of random numbers of a photon, by what they decide.
@@ -111,15 +126,8 @@ impl Shooter<'_> {
         lit.filter_map(|(photon, occluded)| (!occluded).then_some(photon)).collect()
     }
 
-    /// One light's irradiance on a surface: the way that must be free, the direction, and how much.
     fn light(&self, point: &SurfaceInteraction, index: u32, dimension: u32) -> Option<(Ray, Vec3, f32)> {
-        let receiver = Receiver { p: point.p, n: point.at.n, lobes_look: true };
-        let u = self.sampler().pair(index, dimension);
-        let sample = self.scene.lights.sample(&receiver, 0.0, u)?;
-        let cos = sample.wi.dot(point.at.n).min(sample.wi.dot(point.at.ng));
-        let t_max = if sample.shadow { sample.t_max } else { 0.0 };
-        let ray = point.spawn_shadow(sample.wi, t_max, self.scene.settings.self_hit);
-        (cos > 0.0).then(|| (ray, sample.wi, sample.le_over_pdf.luminance() * cos))
+        light(self.scene, point, Rivals::Lobes, self.sampler().pair(index, dimension))
     }
 
     /// Where a photon goes on from a surface that focuses light, and how much of it.
@@ -213,7 +221,7 @@ impl Shooter<'_> {
 }
 
 /// Luminance of what a surface reflects diffusely, if it does.
-fn diffuse(bsdf: &Bsdf) -> Option<f32> {
+pub fn diffuse(bsdf: &Bsdf) -> Option<f32> {
     bsdf.lobes().iter().find_map(|bxdf| match bxdf {
         Bxdf::Diffuse(lobe) => Some(lobe.reflectance.luminance()),
         _ => None,

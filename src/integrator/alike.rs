@@ -15,7 +15,7 @@ use super::wave::Integrator;
 use crate::bxdf::{Bxdf, Diffuse, LobeKind};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
-use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Scene};
+use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Rivals, Scene};
 use glam::Vec3;
 
 /// The numbers of one ray of each of eight surfaces.
@@ -44,6 +44,8 @@ struct Arrived {
     bound: Floats,
     /// Whether each lobe that takes light from lights has rays that may find it.
     lobes_look: [bool; LANES],
+    /// Who looks for light beside samples of lights.
+    rivals: [Rivals; LANES],
 }
 
 /// One lobe of each of eight surfaces, and its rays.
@@ -209,9 +211,10 @@ impl Integrator<'_> {
         let most = parts.iter().map(|part| part.rays).fold(1, u32::max);
         let mut there = [false; LANES];
         for lane in 0..arrived.count {
-            there[lane] = takes_light && self.samples_lights[usize::from(arrived.lobes_look[lane])];
+            arrived.rivals[lane] = Self::rivals(arrived.lobes_look[lane], eight.portals[lane]);
+            there[lane] = takes_light && self.asks_lights(arrived.rivals[lane], eight.portals[lane]);
         }
-        let to = Receivers { p: eight.points.p, n: eight.points.n, lobes_look: arrived.lobes_look, there };
+        let to = Receivers { p: eight.points.p, n: eight.points.n, rivals: arrived.rivals, there };
         for number in 0..most {
             let mut lights = EightSamples::default();
             let asks = number < samples && !to.is_empty();
@@ -433,7 +436,8 @@ impl Integrator<'_> {
                 split: if self.splits_any { 1 } else { path.split },
                 rate: if part.takes_light { bounced.pdf[lane] * part.rate[lane] } else { f32::INFINITY },
                 receiver_n: points.n.get(lane),
-                lobes_look: arrived.lobes_look[lane],
+                rivals: arrived.rivals[lane],
+                portal: eight.portals[lane],
                 emission_only: false,
                 emission_apart: false,
                 followed: false,

@@ -2,14 +2,14 @@
 
 use crate::accel::bvh::Bvh;
 use crate::film::{Film, PixelRect};
-use crate::guiding::CausticMap;
+use crate::guiding::GuideMap;
 use crate::integrator::{Integrator, Scratch, Tally, Work, z_order};
 use crate::scene::load::{Format, load_str};
 use crate::scene::{Plan, Scene};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and an open side: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball
+/// A room with a lamp and a slit through which the sky is seen: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball
 /// of rough gold, one of plastic, balls that are glossy, and diffuse with a gloss, of every kind that rays are drawn for once, and
 /// a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
@@ -106,6 +106,24 @@ const ROOM: &str = r#"
     material = "silver"
     [[shapes]]
     type = "rect"
+    corner = [1, -1, 1]
+    u = [0, 1.7, 0]
+    v = [0, 0, -2]
+    material = "grey"
+    [[shapes]]
+    type = "rect"
+    corner = [-1, 1, -1]
+    u = [2, 0, 0]
+    v = [0, 0, 2]
+    material = "grey"
+    [[shapes]]
+    type = "rect"
+    corner = [-1, -1, 1]
+    u = [0, 2, 0]
+    v = [2, 0, 0]
+    material = "grey"
+    [[shapes]]
+    type = "rect"
     corner = [0.5, -0.5, -0.9]
     u = [0.3, 0, 0]
     v = [0, 0.3, 0]
@@ -145,10 +163,11 @@ fn room(settings: &str) -> Scene {
 /// whether rays are guided.
 fn film(scene: &Scene, split: u32, alike: bool, guided: bool) -> (Film, Tally) {
     let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
-    let caustics = CausticMap::of(scene, &accel);
+    let (caustics, portals) = (GuideMap::to_caustics(scene, &accel), GuideMap::to_portals(scene, &accel));
     assert_eq!(caustics.is_empty(), !Plan::of(scene).guides, "the mirror makes a caustic");
+    assert_eq!(portals.is_empty(), !Plan::of(scene).portals, "little of the sky is seen");
     let integrator = Integrator::new(scene, &accel);
-    let mut integrator = if guided { integrator.guided_by(&caustics) } else { integrator };
+    let mut integrator = if guided { integrator.guided_by(&caustics).through(&portals) } else { integrator };
     assert!(integrator.alike, "side by side where nothing is said");
     integrator.alike = alike;
     let rect = PixelRect { x0: 0, y0: 0, x1: 32, y1: 32 };

@@ -3,12 +3,13 @@
 use super::eight::Lane;
 use super::guided::{self, GuidedSample};
 use super::path::{Path, Wave};
+use super::portals::Portal;
 use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind};
 use crate::core::lanes::{Floats, LANES};
 use crate::core::{Rgb, Sampler};
-use crate::scene::{AtMaxDepth, DirectLight, SurfaceInteraction};
+use crate::scene::{AtMaxDepth, DirectLight, Rivals, SurfaceInteraction};
 
 /// Pairs of random numbers, by the depth of the surface and what they decide there.
 ///
@@ -87,12 +88,15 @@ pub(super) struct Leaving {
     chosen: Option<[f32; 2]>,
     /// Samples of lights.
     pub light_samples: u32,
-    /// Whether each lobe that takes light from lights has rays that may find it.
-    pub lobes_look: bool,
+    /// Who looks for light beside samples of lights: the lobes, where each that takes light from lights has rays that may
+    /// find it.
+    pub rivals: Rivals,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
     /// The guide of diffuse rays, if they have one.
     pub guide: Option<u32>,
+    /// Through which portals samples of lights look for the environment.
+    pub portal: Portal,
     /// The next ray to be made: its lobe and its number there.
     next: (usize, u32),
 }
@@ -199,12 +203,13 @@ impl Integrator<'_> {
         if lobes > 1 && split == 1 {
             leaving.choose_one(at, bsdf, choice());
         }
-        leaving.lobes_look = self.scene.settings.direct_light == DirectLight::Mis
+        let lobes_look = self.scene.settings.direct_light == DirectLight::Mis
             && bsdf
                 .lobes()
                 .iter()
                 .zip(leaving.rate)
                 .all(|(bxdf, rate)| rate > 0.0 || !self.takes_light(bxdf));
+        leaving.rivals = Self::rivals(lobes_look, leaving.portal);
     }
 
     /// Rays of a lobe of this kind that leave a hit of `path`.
@@ -350,7 +355,8 @@ impl Integrator<'_> {
                 sample.pdf / leaving.light_samples as f32 * rate
             },
             receiver_n: point.at.n,
-            lobes_look: leaving.lobes_look,
+            rivals: leaving.rivals,
+            portal: leaving.portal,
             emission_only: leaving.emission_only[lobe],
             emission_apart: false,
             followed: leaving.followed == Some(lobe) && index == path.index_of(0, leaving.count[lobe]),

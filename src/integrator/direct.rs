@@ -10,7 +10,7 @@ use crate::bxdf::{Bsdf, Bxdf, LobeKind};
 use crate::core::lanes::LANES;
 use crate::core::{Ray, Rgb};
 use crate::scene::{
-    DirectLight, EightSamples, EmitterHit, Interactions, LightSample, Receivers, SurfaceInteraction,
+    DirectLight, EightSamples, EmitterHit, Interactions, LightSample, Receivers, Rivals, SurfaceInteraction,
 };
 
 /// Light that arrives if nothing is in the way of a ray.
@@ -58,18 +58,18 @@ impl Integrator<'_> {
         (leaving, number): (&[Leaving; LANES], u32),
         samples: &mut EightSamples,
     ) {
-        let (mut lobes_look, mut there, mut of) = ([false; LANES], [false; LANES], [1; LANES]);
+        let (mut rivals, mut there, mut of) = ([Rivals::None; LANES], [false; LANES], [1; LANES]);
         for (lane, leaving) in leaving.iter().enumerate() {
-            lobes_look[lane] = leaving.lobes_look;
+            rivals[lane] = leaving.rivals;
             of[lane] = leaving.light_samples.max(1);
             there[lane] = bsdfs[lane].is_some_and(|bsdf| {
                 number < leaving.light_samples
-                    && self.samples_lights[usize::from(leaving.lobes_look)]
+                    && self.asks_lights(leaving.rivals, drawn.portals[lane])
                     && bsdf.lobes().iter().any(|bxdf| self.takes_light(bxdf))
             });
         }
         let Interactions { p, n, .. } = drawn.points;
-        let receivers = Receivers { p: *p, n: *n, lobes_look, there };
+        let receivers = Receivers { p: *p, n: *n, rivals, there };
         if !receivers.is_empty() {
             self.sample_lights_at(drawn, &receivers, (of, number), samples);
         }
@@ -84,9 +84,8 @@ impl Integrator<'_> {
         (of, number): ([u32; LANES], u32),
         samples: &mut EightSamples,
     ) {
-        let lights = &self.scene.lights;
         if of == [1; LANES] {
-            lights.sample_eight(to, || drawn.fine(), &drawn.light(), samples);
+            self.sample_through_portals(drawn, to, || drawn.fine(), &drawn.light(), samples);
             return;
         }
         let mut indices = [0; LANES];
@@ -94,7 +93,8 @@ impl Integrator<'_> {
             indices[lane] = path.index_of(number, of[lane]);
         }
         let light = drawn.draw_at(Dimension::LightDirection, indices);
-        lights.sample_eight(to, || drawn.draw_at(Dimension::Choice, indices)[1], &light, samples);
+        let fine = || drawn.draw_at(Dimension::Choice, indices)[1];
+        self.sample_through_portals(drawn, to, fine, &light, samples);
         for lane in 0..LANES {
             let of = of[lane] as f32;
             samples.pdf[lane] *= of;
@@ -185,7 +185,7 @@ impl Integrator<'_> {
     pub(super) fn emitter_weight(&self, path: &Path, ray: &Ray, hit: &EmitterHit) -> f32 {
         self.found_weight(path, || {
             let receiver = path.receiver(ray.origin);
-            self.scene.lights.pdf(&receiver, hit)
+            self.beside_portal(path.portal, path.rivals) * self.scene.lights.pdf(&receiver, hit)
         })
     }
 
@@ -198,7 +198,7 @@ impl Integrator<'_> {
             Some(environment) if path.rate == f32::INFINITY => environment.le(ray.dir),
             Some(_) => {
                 let (le, pdf) = lights.environment_and_pdf(&path.receiver(ray.origin), ray.dir);
-                le * self.found_weight(path, || pdf)
+                le * self.found_weight(path, || self.through_portal(path, ray, pdf))
             }
         }
     }

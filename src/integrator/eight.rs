@@ -4,12 +4,13 @@ use super::bounce::{Dimension, Leaving};
 use super::guided;
 use super::order::Order;
 use super::path::Path;
+use super::portals::Portal;
 use super::powers::Powers;
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, LobeKind};
 use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
-use crate::scene::{DirectLight, Interactions, Needs, Scene, SurfaceInteraction};
+use crate::scene::{DirectLight, Interactions, Needs, Rivals, Scene, SurfaceInteraction};
 
 /// Eight surfaces that rays have hit, and what is drawn at nearly every one.
 ///
@@ -25,6 +26,8 @@ pub(super) struct Eight<'a> {
     pub lobe: Pairs,
     /// The numbers of the guides of diffuse rays, where caustics are.
     pub guides: [Option<u32>; LANES],
+    /// Through which portals samples of lights look for the environment.
+    pub portals: [Portal; LANES],
     /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
     choice: Option<Pairs>,
     /// Which light, and the direction towards it.
@@ -73,6 +76,12 @@ impl<'a> Lane<'a> {
     #[inline(always)]
     pub(super) fn guide(self) -> Option<u32> {
         self.eight.guides[self.lane]
+    }
+
+    /// Through which portals samples of lights look for the environment.
+    #[inline(always)]
+    pub(super) fn portal(self) -> Portal {
+        self.eight.portals[self.lane]
     }
 
     /// Which lobe, and the direction of its ray.
@@ -149,19 +158,16 @@ pub(super) struct Likely {
 
 impl Likely {
     /// At surfaces of a scene with the lobes `bsdfs`, where they are the same everywhere.
-    pub(super) fn of(scene: &Scene, samples_lights: [bool; 2], bsdfs: &[Option<Bsdf>]) -> Self {
+    pub(super) fn of(scene: &Scene, samples_lights: [bool; 3], bsdfs: &[Option<Bsdf>]) -> Self {
         let lobes = || bsdfs.iter().map(|bsdf| bsdf.as_ref().map(|bsdf| bsdf.lobes()));
         let lobes_look = scene.settings.direct_light == DirectLight::Mis;
-        let needs = |lobes_look| {
-            if samples_lights[usize::from(lobes_look)] {
-                scene.lights.needs(lobes_look)
-            } else {
-                Needs::default()
-            }
+        let rivals = if lobes_look { Rivals::Lobes } else { Rivals::None };
+        let needs = |rivals| {
+            if samples_lights[rivals as usize] { scene.lights.needs(rivals) } else { Needs::default() }
         };
         Self {
             choice: lobes().any(|lobes| lobes.is_none_or(|lobes| lobes.len() > 1)),
-            lights: [needs(lobes_look), needs(false)],
+            lights: [needs(rivals), needs(Rivals::None)],
         }
     }
 }
@@ -186,6 +192,13 @@ impl Integrator<'_> {
             guides = caustics.find(&points.p, &points.n);
         }
 
+        let mut portals = [Portal::default(); LANES];
+        if let Some(map) = self.portals
+            && Order::may_be_wide(kind)
+        {
+            portals = map.find(&points.p, &points.n).map(Portal::new);
+        }
+
         let may_end = goes_on && from.iter().any(|path| path.depth >= self.roulette_from);
         let needs = if Order::takes_light(kind) {
             self.likely.lights[usize::from(lasts > 0)]
@@ -206,7 +219,7 @@ impl Integrator<'_> {
         if may_end {
             survival = Some(draw(Dimension::Survival, from, &samplers));
         }
-        Eight { points, from, samplers, lobe, guides, choice, light, survival }
+        Eight { points, from, samplers, lobe, guides, portals, choice, light, survival }
     }
 
     /// The directions of the rays that leave eight surfaces with these lobes, where each is the only one and its lobe is

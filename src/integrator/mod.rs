@@ -5,7 +5,7 @@
 //! slice, and the rays that leave make the next wave. Read [`Integrator::render`](Integrator) in `wave`, then `vertex` (one
 //! hit), `eight` (what eight hits need, found side by side), `alike` (the ordinary case: eight surfaces of
 //! one kind, by their `lobes`), `bounce` (which rays leave a hit), `direct` (light straight from lights), `guided` (rays towards
-//! caustics) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin, `edges` those that
+//! caustics), `portals` (samples of the environment through windows) and `occlusion` (reflections of the environment without rays); `start` is where camera rays begin, `edges` those that
 //! look for edges of lamps alone, and `roots` where it all comes together.
 //! Knows nothing of files or progress, nor of threads but where edges are looked for before the picture.
 
@@ -22,6 +22,7 @@ mod occlusion;
 mod order;
 mod path;
 mod plastics;
+mod portals;
 mod powers;
 mod roots;
 mod start;

@@ -43,6 +43,12 @@ impl Order {
         matches!(kind, Self::DIFFUSE | Self::DIFFUSE_AND_POWER | Self::OTHER)
     }
 
+    /// Whether surfaces of a kind may reflect what comes from anywhere.
+    #[inline(always)]
+    pub(super) fn may_be_wide(kind: usize) -> bool {
+        Self::may_be_diffuse(kind) || kind == Self::PLASTIC
+    }
+
     /// Whether surfaces of a kind may have several lobes, of which one is chosen.
     #[inline(always)]
     pub(super) fn may_choose(kind: usize) -> bool {

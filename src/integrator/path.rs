@@ -1,10 +1,11 @@
 //! The state of a path between two surfaces, and of a surface whose rays are still to be made.
 
 use super::bounce::{Leaving, Reached};
+use super::portals::Portal;
 use super::tally::RayClass;
 use crate::bxdf::Bsdf;
 use crate::core::{Ray, Rgb};
-use crate::scene::{Receiver, SurfaceInteraction};
+use crate::scene::{Receiver, Rivals, SurfaceInteraction};
 use glam::Vec3;
 
 /// A path on its way along a ray.
@@ -29,8 +30,10 @@ pub(super) struct Path {
     pub rate: f32,
     /// Normal of the surface that the ray left: what the light's density depends on.
     pub receiver_n: Vec3,
-    /// What the light's choice at that surface depended on: see [`Receiver::lobes_look`].
-    pub lobes_look: bool,
+    /// What the light's choice at that surface depended on: see [`Receiver::rivals`].
+    pub rivals: Rivals,
+    /// Through which portals light samples of that surface looked for the environment: see [`Portal`].
+    pub portal: Portal,
     /// Whether only light that comes straight from a light counts.
     pub emission_only: bool,
     /// Whether the emission of the first surface is found by other rays.
@@ -52,7 +55,8 @@ impl Path {
             split,
             rate: f32::INFINITY,
             receiver_n: Vec3::Z,
-            lobes_look: false,
+            rivals: Rivals::None,
+            portal: Portal::default(),
             emission_only: false,
             emission_apart: false,
             followed: true,
@@ -68,7 +72,7 @@ impl Path {
     /// The surface at `origin` that the ray left, as lights saw it.
     #[inline]
     pub(super) fn receiver(&self, origin: Vec3) -> Receiver {
-        Receiver { p: origin, n: self.receiver_n, lobes_look: self.lobes_look }
+        Receiver { p: origin, n: self.receiver_n, rivals: self.rivals }
     }
 }
 

@@ -82,7 +82,8 @@ impl Integrator<'_> {
         for (lane, &i) in group.iter().enumerate() {
             let path = &paths[i as usize];
             let le = Rgb::new(r[lane], g[lane], b[lane]);
-            let seen = le * self.found_weight(path, || pdf[lane]);
+            let (path, ray) = (path, &rays[i as usize]);
+            let seen = le * self.found_weight(path, || self.through_portal(path, ray, pdf[lane]));
             out.add(path, self.bounded(path.beta * seen, path.depth));
         }
     }
@@ -131,6 +132,7 @@ impl Integrator<'_> {
             Some(everywhere) => everywhere,
             None => here.insert(material.bsdf(point.p)),
         };
+        leaving.portal = drawn.portal();
         self.plan_rays(path, &point.at, bsdf, || drawn.choice(), leaving);
         leaving.guide = Self::needed(drawn.guide(), bsdf, leaving);
         if let Some(trail) = out.trail(path) {

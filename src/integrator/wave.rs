@@ -16,8 +16,8 @@ use crate::bxdf::{Bsdf, Bxdf};
 use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::film::Film;
-use crate::guiding::CausticMap;
-use crate::scene::{AtMaxDepth, EightSamples, LightSamples, Material, Plan, Scene, Settings};
+use crate::guiding::GuideMap;
+use crate::scene::{AtMaxDepth, EightSamples, LightSamples, Material, Plan, Rivals, Scene, Settings};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,8 +30,8 @@ const CAPACITY: usize = 2048;
 pub struct Integrator<'a> {
     pub(super) scene: &'a Scene,
     pub(super) accel: &'a dyn Accelerator,
-    /// Whether surfaces sample lights whose lobes do not look for light themselves, and those whose lobes do.
-    pub(super) samples_lights: [bool; 2],
+    /// Whether surfaces sample lights beside each kind of [`Rivals`].
+    pub(super) samples_lights: [bool; 3],
     /// The lobes of each material, where they are the same at all points.
     pub(super) bsdfs: Vec<Option<Bsdf>>,
     /// The kind of each geometry: see [`kind_of`].
@@ -45,7 +45,9 @@ pub struct Integrator<'a> {
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
     /// Where diffuse surfaces look for caustics, if there are any.
-    pub(super) caustics: Option<&'a CausticMap>,
+    pub(super) caustics: Option<&'a GuideMap>,
+    /// Where samples of lights look for the environment through portals, if there are any.
+    pub(super) portals: Option<&'a GuideMap>,
     /// Where edges of emitters are seen, if any are to be found by rays of their own.
     pub(super) edges: Option<&'a EmitterEdges>,
     pub(super) capacity: usize,
@@ -127,7 +129,8 @@ impl<'a> Integrator<'a> {
         let end = if *at_max_depth == AtMaxDepth::Roulette { *max_depth } else { Settings::NEVER };
         let bsdfs: Vec<_> = scene.materials.iter().map(Material::uniform_bsdf).collect();
         let planned = Plan::of(scene).samples_lights;
-        let samples_lights = [false, true].map(|looks| planned && scene.lights.needs(looks).direction);
+        let samples_lights = [Rivals::None, Rivals::Lobes, Rivals::Portals]
+            .map(|rivals| planned && scene.lights.needs(rivals).direction);
         let of_geometries = || {
             let material = scene.geometries.iter().map(|geometry| geometry.material as usize);
             material.map(|material| (&scene.materials[material], bsdfs[material].as_ref()))
@@ -146,6 +149,7 @@ impl<'a> Integrator<'a> {
             likely: Likely::of(scene, samples_lights, &bsdfs),
             bsdfs,
             caustics: None,
+            portals: None,
             edges: None,
             capacity: CAPACITY,
             seed: scene.settings.seed,
@@ -157,8 +161,14 @@ impl<'a> Integrator<'a> {
     }
 
     /// Sends rays of diffuse surfaces where `caustics` come from.
-    pub fn guided_by(mut self, caustics: &'a CausticMap) -> Self {
+    pub fn guided_by(mut self, caustics: &'a GuideMap) -> Self {
         self.caustics = Some(caustics).filter(|caustics| !caustics.is_empty());
+        self
+    }
+
+    /// Looks for the environment through `portals`.
+    pub fn through(mut self, portals: &'a GuideMap) -> Self {
+        self.portals = Some(portals).filter(|portals| !portals.is_empty());
         self
     }
 
@@ -181,7 +191,7 @@ impl<'a> Integrator<'a> {
 
     /// Whether lights are sampled at hits whose lobes look for light themselves.
     pub fn samples_lights(&self) -> bool {
-        self.samples_lights[1]
+        self.samples_lights[Rivals::Lobes as usize] || self.portals.is_some()
     }
 
     /// Draws other numbers than those of the settings' seed.
@@ -357,7 +367,7 @@ impl<'a> Integrator<'a> {
             bsdfs[lane] = self.look_at(&Seen { ray, hit, drawn: drawn(lane) }, here, leaving, out);
         }
         let mut lights = EightSamples::default();
-        if self.samples_lights != [false; 2] {
+        if self.samples_lights != [false; 3] || self.portals.is_some() {
             self.sample_lights(&eight, &bsdfs, (&leaving, 0), &mut lights);
             let most = leaving.iter().map(|leaving| leaving.light_samples).fold(1, u32::max);
             for number in 1..most {

@@ -13,7 +13,7 @@ mod tile;
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
-use crate::guiding::CausticMap;
+use crate::guiding::GuideMap;
 use crate::integrator::{EmitterEdges, Integrator, Scratch, Work};
 use crate::scene::{Plan, Scene};
 use rayon::prelude::*;
@@ -158,15 +158,17 @@ pub fn render(
         .build()
         .expect("the operating system gives threads");
     let preparing = Instant::now();
-    let caustics = pool.install(|| CausticMap::of(scene, accel));
+    let (caustics, portals) =
+        pool.install(|| (GuideMap::to_caustics(scene, accel), GuideMap::to_portals(scene, accel)));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     let edges = pool.install(|| EmitterEdges::of(scene, accel));
-    picture.integrator = picture.integrator.guided_by(&caustics).with_edges(&edges);
+    picture.integrator = picture.integrator.guided_by(&caustics).through(&portals).with_edges(&edges);
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot {
         let pilot = |splits_lights| {
             Integrator::new(scene, accel)
                 .guided_by(&caustics)
+                .through(&portals)
                 .with_edges(&edges)
                 .with_seed(!scene.settings.seed)
                 .splitting_lights(splits_lights)

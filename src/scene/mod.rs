@@ -21,7 +21,7 @@ pub use desc::{SceneDesc, schema};
 pub use interaction::SurfaceInteraction;
 pub use interactions::Interactions;
 pub use light::{
-    EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver, Receivers,
+    EightSamples, EmitterHit, Environment, Light, LightSample, Lights, Needs, Receiver, Receivers, Rivals,
 };
 pub use load::{
     Format, GeometryCache, Location, Override, SceneError, load, load_settings, load_str, load_with,

@@ -42,6 +42,8 @@ pub struct Plan {
     pub environment_table: bool,
     /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
     pub guides: bool,
+    /// Whether diffuse surfaces may see the environment through portals.
+    pub portals: bool,
     /// Whether edges of emitters that the camera sees get rays of their own.
     pub emitter_edges: bool,
     /// Whether samples are shared out by noise.
@@ -86,6 +88,11 @@ impl Plan {
                 && has_diffuse
                 && (has_glossy || has_delta)
                 && lights.samples,
+            portals: settings.portals
+                && settings.direct_light == DirectLight::Mis
+                && settings.occlusion.is_exact()
+                && has_diffuse
+                && scene.lights.environment.is_some(),
             emitter_edges: settings.emitter_edges && has_emitters,
             shares_out: settings.shares_out(settings.spp),
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
@@ -129,6 +136,11 @@ impl Plan {
             self.guides,
             "photons say where caustics come from",
             "photons (no caustic can fall on a diffuse surface, or none is wanted)",
+        );
+        say(
+            self.portals,
+            "rays look for portals through which little of the environment is seen",
+            "looking for portals (no diffuse surface, no environment, or none is wanted)",
         );
         say(
             self.emitter_edges,

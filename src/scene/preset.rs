@@ -41,6 +41,7 @@ impl Preset {
             light_samples: LightSamples::One,
             diffuse_bounces: false,
             guiding: false,
+            portals: false,
             emitter_edges: false,
             highlights: false,
             clamp_indirect: None,

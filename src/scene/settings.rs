@@ -198,6 +198,8 @@ pub struct Settings {
     pub diffuse_bounces: bool,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: bool,
+    /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
+    pub portals: bool,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
     pub emitter_edges: bool,
     /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
@@ -247,6 +249,7 @@ impl Default for Settings {
             light_samples: LightSamples::default(),
             diffuse_bounces: true,
             guiding: true,
+            portals: true,
             emitter_edges: true,
             highlights: true,
             clamp_indirect: None,

@@ -21,10 +21,14 @@ pub enum Knob {
     SelfHit,
     /// How light straight from a light is found
     DirectLight,
+    /// One sample of lights for a hit that splits, or as many as rays
+    LightSamples,
     /// Which random numbers
     Sampler,
     /// Whether diffuse surfaces look where photons say that caustics come from
     Guiding,
+    /// Whether lights are sampled through the windows by which little of the environment is seen
+    Portals,
     /// Whether edges of lamps that the camera sees get rays of their own
     EmitterEdges,
     /// The same samples everywhere, or where the noise is
@@ -48,15 +52,17 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Split,
         Self::Depth,
         Self::End,
         Self::Horizon,
         Self::SelfHit,
         Self::DirectLight,
+        Self::LightSamples,
         Self::Sampler,
         Self::Guiding,
+        Self::Portals,
         Self::EmitterEdges,
         Self::Adaptive,
         Self::Clamp,
@@ -91,8 +97,10 @@ impl Knob {
             Self::Depth | Self::End | Self::SelfHit | Self::Clamp if !plan.bounces => {
                 Some("nothing reflects")
             }
-            Self::DirectLight if !plan.samples_lights => Some("no light is sampled"),
+            Self::DirectLight | Self::LightSamples if !plan.samples_lights => Some("no light is sampled"),
+            Self::LightSamples if !plan.bounces => Some("nothing reflects"),
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
+            Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
@@ -109,10 +117,16 @@ impl Knob {
             Self::Horizon => horizons(scene, base),
             Self::SelfHit => named(base, "settings.self_hit", &["primitive", "offset", "!geometry"]),
             Self::DirectLight => named(base, "settings.direct_light", &["mis", "light", "lobe"]),
+            Self::LightSamples => {
+                // One ray takes one sample: only hits that split can take more.
+                let splitting = base.clone().with("settings.glossy_samples", "\"auto\"");
+                named(&splitting, "settings.light_samples", &["auto", "one", "split"])
+            }
             Self::Sampler => {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
             Self::Guiding => on_and_off(base, "settings.guiding"),
+            Self::Portals => on_and_off(base, "settings.portals"),
             Self::EmitterEdges => on_and_off(base, "settings.emitter_edges"),
             Self::Adaptive => adaptive(base),
             Self::Clamp => clamps(base),

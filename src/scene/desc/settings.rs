@@ -39,6 +39,8 @@ pub struct SettingsDesc {
     pub diffuse_bounces: Option<bool>,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: Option<bool>,
+    /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
+    pub portals: Option<bool>,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
     pub emitter_edges: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
@@ -76,6 +78,7 @@ impl SettingsDesc {
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
             guiding: self.guiding.unwrap_or(preset.guiding),
+            portals: self.portals.unwrap_or(preset.portals),
             emitter_edges: self.emitter_edges.unwrap_or(preset.emitter_edges),
             adaptive: self.adaptive.unwrap_or(preset.adaptive),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),

@@ -5,7 +5,7 @@ use super::far::{FarLights, Pick};
 use super::tree::LightTree;
 use super::unit::below_one;
 use super::{
-    EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight,
+    EightSamples, EmitterHit, Environment, Light, LightSample, Receiver, Receivers, RectangleLight, Rivals,
     SphereLight,
 };
 use crate::core::lanes::{Floats, LANES, Vectors};
@@ -29,9 +29,8 @@ pub struct Lights {
     /// What a ray sees that hits nothing. To be read only, as above.
     pub environment: Option<Environment>,
     tree: LightTree,
-    far: FarLights,
-    /// Those of `far` that are worth a sample where lobes look for light themselves.
-    beside_lobes: FarLights,
+    /// Those that are worth a sample beside each kind of [`Rivals`].
+    far: [FarLights; 3],
 }
 
 /// Which numbers [`Lights::sample`] looks at.
@@ -50,15 +49,16 @@ impl Lights {
     /// Prepares the choice among these.
     pub fn new(lights: Vec<Light>, environment: Option<Environment>) -> Self {
         let bounds: Vec<_> = lights.iter().map(LightBounds::new).collect();
-        let far = FarLights::new(&lights, environment.as_ref());
-        let narrow = environment.as_ref().filter(|environment| !environment.is_broad());
-        let beside_lobes = FarLights::new(&lights, narrow);
-        Self { tree: LightTree::new(&bounds), far, beside_lobes, lights, environment }
+        let far = [Rivals::None, Rivals::Lobes, Rivals::Portals].map(|rivals| {
+            let irradiance = environment.as_ref().map(|environment| environment.irradiance_beside(rivals));
+            FarLights::new(&lights, irradiance.map(Rgb::luminance))
+        });
+        Self { tree: LightTree::new(&bounds), far, lights, environment }
     }
 
     /// Whether there is nothing to sample: no light, or none that emits.
     pub fn is_empty(&self) -> bool {
-        self.tree.is_empty() && self.far.is_empty()
+        self.tree.is_empty() && self.far(Rivals::None).is_empty()
     }
 
     /// Chooses a light that matters to the receiver and a direction towards it.
@@ -116,10 +116,10 @@ impl Lights {
     #[inline(always)]
     fn simple(&self, to: &Receivers) -> Option<&Light> {
         let light = &self.lights[self.simple_near()? as usize];
-        let far_is_empty = [self.far.is_empty(), self.beside_lobes.is_empty()];
+        let far_is_empty = self.far.each_ref().map(FarLights::is_empty);
         let mut alone = true;
         for lane in 0..LANES {
-            alone &= !to.there[lane] | far_is_empty[usize::from(to.lobes_look[lane])];
+            alone &= !to.there[lane] | far_is_empty[to.rivals[lane] as usize];
         }
         alone.then_some(light)
     }
@@ -130,10 +130,10 @@ impl Lights {
         self.tree.only().filter(|&light| !matches!(self.lights[light as usize], Light::Mesh(_)))
     }
 
-    /// What [`sample_eight`](Self::sample_eight) needs for receivers whose lobes look for light or do not.
+    /// What [`sample_eight`](Self::sample_eight) needs for receivers with such rivals.
     #[inline]
-    pub fn needs(&self, lobes_look: bool) -> Needs {
-        let far = self.far(lobes_look);
+    pub fn needs(&self, rivals: Rivals) -> Needs {
+        let far = self.far(rivals);
         let fine = !far.is_empty() || self.simple_near().is_none() && !self.tree.is_empty();
         Needs { direction: fine || !self.tree.is_empty(), fine }
     }
@@ -204,8 +204,8 @@ impl Lights {
     #[inline(always)]
     pub fn environment_and_pdf(&self, to: &Receiver, wi: Vec3) -> (Rgb, f32) {
         match &self.environment {
-            Some(environment) if self.far(to.lobes_look).has_environment() => {
-                let probability = (1.0 - self.near_share(to)) * self.far(to.lobes_look).probability(to, 0);
+            Some(environment) if self.far(to.rivals).has_environment() => {
+                let probability = (1.0 - self.near_share(to)) * self.far(to.rivals).probability(to, 0);
                 (environment.le(wi), probability as f32 * environment.pdf(to, wi))
             }
             Some(environment) => (environment.le(wi), 0.0),
@@ -237,7 +237,7 @@ impl Lights {
         let (le, mut pdf) = environment.le_and_pdf_eight(to, wi);
         let near_share = self.near_shares(to);
         for lane in to.lanes() {
-            let far = self.far(to.lobes_look[lane]);
+            let far = self.far(to.rivals[lane]);
             let share = if far.has_environment() { far.probability(&to.get(lane), 0) } else { 0.0 };
             pdf[lane] *= ((1.0 - near_share[lane]) * share) as f32;
         }
@@ -266,10 +266,10 @@ impl Lights {
                 u[0][lane] = chosen.rest[lane];
             }
         }
-        for (looks, far) in [&self.far, &self.beside_lobes].into_iter().enumerate() {
+        for (rivals, far) in self.far.iter().enumerate() {
             let mut those = *to;
             for lane in 0..LANES {
-                those.there[lane] &= !near.there[lane] & (usize::from(to.lobes_look[lane]) == looks);
+                those.there[lane] &= !near.there[lane] & (to.rivals[lane] as usize == rivals);
                 choice[lane] = below_one((u[0][lane] - near_share[lane]) / (1.0 - near_share[lane]));
             }
             if those.is_empty() || far.is_empty() {
@@ -285,29 +285,31 @@ impl Lights {
         (picks, probability, u)
     }
 
-    /// The far lights to choose among, for receivers whose [lobes look](Receiver::lobes_look) or do not.
+    /// The far lights to choose among beside these rivals.
     #[inline(always)]
-    fn far(&self, lobes_look: bool) -> &FarLights {
-        if lobes_look { &self.beside_lobes } else { &self.far }
+    fn far(&self, rivals: Rivals) -> &FarLights {
+        &self.far[rivals as usize]
     }
 
     /// How often the light is one of the tree, for each receiver.
     #[inline(always)]
     fn near_shares(&self, to: &Receivers) -> [f64; LANES] {
-        let far = [&self.far, &self.beside_lobes];
+        let far = &self.far;
         if far[0].is_empty() {
             return [1.0; LANES];
         }
         let near = self.tree.importances(to);
-        let mut importances = [Floats::default(); 2];
+        let mut importances = [Floats::default(); 3];
         if !self.tree.is_empty() {
-            importances = far.map(|far| far.importances(to));
+            for (importances, far) in importances.iter_mut().zip(far) {
+                *importances = far.importances(to);
+            }
         }
         let mut shares = [1.0; LANES];
         for lane in 0..LANES {
-            let looks = usize::from(to.lobes_look[lane]);
-            if !far[looks].is_empty() {
-                shares[lane] = near_share(near[lane], importances[looks][lane]);
+            let rivals = to.rivals[lane] as usize;
+            if !far[rivals].is_empty() {
+                shares[lane] = near_share(near[lane], importances[rivals][lane]);
             }
         }
         shares
@@ -316,7 +318,7 @@ impl Lights {
     /// [`near_shares`](Self::near_shares) for one receiver.
     #[inline]
     fn near_share(&self, to: &Receiver) -> f64 {
-        let far = self.far(to.lobes_look);
+        let far = self.far(to.rivals);
         if far.is_empty() {
             return 1.0;
         }

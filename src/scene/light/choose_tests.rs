@@ -34,7 +34,7 @@ fn receivers(count: u32) -> impl Iterator<Item = Receiver> {
     (0..count).map(|i| Receiver {
         p: 1.5 * direction(5, i) * numbers(6, i).0,
         n: direction(7, i),
-        lobes_look: i % 2 == 0,
+        rivals: if i % 2 == 0 { Rivals::Lobes } else { Rivals::None },
     })
 }
 
@@ -127,7 +127,7 @@ fn every_light_is_reachable_from_before_it() {
             Light::Point(light) => light.position + 0.3 * Vec3::X,
             _ => unreachable!("the crowd has none"),
         };
-        let probability = lights.tree.probability(&Receiver { p, n: Vec3::Y, lobes_look: false }, i);
+        let probability = lights.tree.probability(&Receiver { p, n: Vec3::Y, rivals: Rivals::None }, i);
         assert!(probability > 0.0, "{i}");
     }
 }
@@ -202,8 +202,8 @@ fn ten_thousand_lights_add_up_with_little_noise() {
 #[test]
 fn a_broad_environment_is_left_to_lobes_that_look() {
     let lamp = || vec![Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::WHITE, true)];
-    let looking = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: true };
-    let alone = Receiver { lobes_look: false, ..looking };
+    let looking = Receiver { p: Vec3::ZERO, n: Vec3::Y, rivals: Rivals::Lobes };
+    let alone = Receiver { rivals: Rivals::None, ..looking };
     let broad = Lights::new(lamp(), Some(Environment::Constant(Rgb::WHITE)));
     for choice in [0.0, 0.5, 0.99] {
         assert_eq!(choose(&broad, &looking, choice), Some((Pick::Light(0), 1.0, choice)));
@@ -224,7 +224,7 @@ fn a_broad_environment_is_left_to_lobes_that_look() {
 fn one_light_is_asked_always() {
     let rectangle = Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::WHITE, true);
     let dark = Light::rectangle(Vec3::Y, Vec3::X, Vec3::Z, Rgb::BLACK, true);
-    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, lobes_look: false };
+    let to = Receiver { p: Vec3::ZERO, n: Vec3::Y, rivals: Rivals::None };
     let lights = Lights::new(vec![dark, rectangle], Some(Environment::Constant(Rgb::BLACK)));
     assert_eq!(choose(&lights, &to, 0.7), Some((Pick::Light(1), 1.0, 0.7)));
     assert_eq!(lights.tree.probability(&to, 0), 0.0);

@@ -1,6 +1,6 @@
 //! Eight receivers side by side, and what eight lights send to them.
 
-use super::{LightSample, Receiver, density, shadow_end};
+use super::{LightSample, Receiver, Rivals, density, shadow_end};
 use crate::core::Rgb;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::Vec3;
@@ -12,8 +12,8 @@ pub struct Receivers {
     pub p: Vectors,
     /// Their shading normals.
     pub n: Vectors,
-    /// See [`Receiver::lobes_look`].
-    pub lobes_look: [bool; LANES],
+    /// See [`Receiver::rivals`].
+    pub rivals: [Rivals; LANES],
     /// In which lanes there is one.
     pub there: [bool; LANES],
 }
@@ -24,19 +24,19 @@ impl Receivers {
     pub fn set(&mut self, lane: usize, to: &Receiver) {
         self.p.set(lane, to.p);
         self.n.set(lane, to.n);
-        self.lobes_look[lane] = to.lobes_look;
+        self.rivals[lane] = to.rivals;
         self.there[lane] = true;
     }
 
     /// What is in a lane; of no use where there is none.
     #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> Receiver {
-        Receiver { p: self.p.get(lane), n: self.n.get(lane), lobes_look: self.lobes_look[lane] }
+    pub fn get(&self, lane: usize) -> Receiver {
+        Receiver { p: self.p.get(lane), n: self.n.get(lane), rivals: self.rivals[lane] }
     }
 
     /// The lanes with a receiver.
     #[inline(always)]
-    pub(super) fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
+    pub fn lanes(&self) -> impl Iterator<Item = usize> + use<> {
         let there = self.there;
         (0..LANES).filter(move |&lane| there[lane])
     }
@@ -111,6 +111,19 @@ impl EightSamples {
         }
         self.pdf[lane] = density(solid_angle);
         self.shadow[lane] = true;
+    }
+
+    /// Puts a direction to the environment into a lane, with the radiance from there, not divided by the density, and the density.
+    #[inline(always)]
+    pub fn set_environment(&mut self, lane: usize, wi: Vec3, radiance: Rgb, pdf: f32) {
+        self.wi.set(lane, wi);
+        self.t_max[lane] = f32::INFINITY;
+        for (le, radiance) in self.le_over_pdf.iter_mut().zip(radiance.to_array()) {
+            le[lane] = radiance;
+        }
+        self.pdf[lane] = pdf;
+        self.shadow[lane] = true;
+        self.there[lane] = !radiance.is_black();
     }
 
     /// Takes over what others are in some `lanes`.

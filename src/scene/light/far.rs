@@ -3,7 +3,7 @@
 use super::bounds::LEAST_COSINE;
 use super::pick::Picking;
 use super::unit::below_one;
-use super::{Environment, Light, Receiver, Receivers};
+use super::{Light, Receiver, Receivers};
 use crate::core::lanes::{Floats, LANES};
 use glam::Vec3;
 
@@ -93,11 +93,10 @@ impl FarLight {
 }
 
 impl FarLights {
-    /// Those of `lights` and the environment; an environment that emits is the first.
-    pub(super) fn new(lights: &[Light], environment: Option<&Environment>) -> Self {
-        let environment = environment.and_then(|environment| {
-            FarLight::new(Pick::Environment, Toward::Everywhere, environment.irradiance().luminance())
-        });
+    /// Those of `lights` and an environment of this irradiance, in luminance; an environment that emits is the first.
+    pub(super) fn new(lights: &[Light], environment: Option<f32>) -> Self {
+        let environment = environment
+            .and_then(|irradiance| FarLight::new(Pick::Environment, Toward::Everywhere, irradiance));
         let lights = lights.iter().enumerate().filter_map(|(i, light)| {
             let pick = Pick::Light(i as u32);
             match light {

@@ -56,9 +56,20 @@ pub struct Receiver {
     pub p: Vec3,
     /// Its shading normal, on the viewer's side.
     pub n: Vec3,
-    /// Whether rays of its own lobes look for the same light and are weighed against the samples: broad light is theirs
-    /// to find.
-    pub lobes_look: bool,
+    /// Who else finds the light.
+    pub rivals: Rivals,
+}
+
+/// Who finds the light that samples of lights find, and is weighed against them: broad light is theirs to find.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rivals {
+    /// Nobody.
+    #[default]
+    None,
+    /// Rays of the receiver's own lobes.
+    Lobes,
+    /// Those, and samples of the environment that are drawn in another way than here: through portals. What is left is a sun.
+    Portals,
 }
 
 /// A point of an emitter that a lobe's ray has found.

@@ -344,6 +344,7 @@ mod tests {
     use crate::core::Rgb;
     use crate::geometry::Sphere;
     use crate::scene::Light;
+    use crate::scene::Rivals;
 
     #[test]
     fn up_to_eight_lights_are_each_weighed_by_their_own_importance() {
@@ -353,7 +354,7 @@ mod tests {
             LightBounds::new(&Light::sphere(Sphere { center, radius: 0.1 }, radiance, false))
         };
         let lamps: Vec<_> = (0..8).map(lamp).collect();
-        let to = Receiver { p: Vec3::new(2.5, 0.0, 0.0), n: Vec3::Y, lobes_look: false };
+        let to = Receiver { p: Vec3::new(2.5, 0.0, 0.0), n: Vec3::Y, rivals: Rivals::None };
         let importance =
             |lamp: &Option<LightBounds>| Emission::from(lamp.expect("it shines")).importance(&to);
         let total: f32 = lamps.iter().map(importance).sum();

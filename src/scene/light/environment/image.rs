@@ -1,6 +1,6 @@
 //! Environments from lat-long images.
 
-use super::super::{EightSamples, Receivers};
+use super::super::{EightSamples, Receivers, Rivals};
 use super::cumulative::Cumulative;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Rgb, prefetch, warp};
@@ -55,10 +55,9 @@ pub struct EnvironmentImage {
     turn: [f32; 2],
     /// The zenith, the rows of pixels, the nadir.
     grid: Vec<GridRow>,
-    /// How directions are chosen for receivers that nothing else finds the light for.
-    all: Table,
-    /// How they are chosen where lobes look for light themselves: by what is brighter than the mean.
-    bright: Table,
+    /// How directions are chosen beside each kind of [`Rivals`]: by what is bright; by what is brighter than the mean; by what
+    /// is brighter than [`SUN`] times that.
+    tables: [Table; 3],
 }
 
 /// The function that sampling follows, summed up.
@@ -70,16 +69,24 @@ struct Table {
     rows: Cumulative,
     /// Which cell of each row.
     columns: Cumulative,
+    /// Row and column of each cell that is chosen among, if those are few: then each is a row of its own, without columns.
+    few: Vec<[u32; 2]>,
     /// Mean of the function over the unit square; zero where there is nothing to choose.
     norm: f64,
 }
 
 impl Table {
-    /// What its function is to be divided by for a density over solid angle, beside the sine of the polar angle.
+    /// Bytes of the table.
+    fn memory_bytes(&self) -> usize {
+        self.columns.memory_bytes() + self.rows.memory_bytes() + size_of_val(&self.few[..])
+    }
+
+    /// What its function is to be divided by for a density over solid angle, beside the sine of the polar angle: infinite
+    /// where there is nothing to choose.
     #[inline(always)]
     fn measure(&self) -> f64 {
         // du dv = dw / (2 pi^2 sin theta).
-        self.norm * 2.0 * std::f64::consts::PI.powi(2)
+        if self.norm > 0.0 { self.norm * 2.0 * std::f64::consts::PI.powi(2) } else { f64::INFINITY }
     }
 }
 
@@ -153,6 +160,9 @@ struct Place {
     at: [f32; 2],
 }
 
+/// How many times brighter than the mean a sun is: of what is less bright, few rays find enough.
+const SUN: f32 = 8.0;
+
 /// Polar angles nearer to a pole than this, in radians, count as this far: there the density is 0 / 0.
 const POLE: f32 = 1e-6;
 
@@ -206,23 +216,27 @@ impl EnvironmentImage {
             pixels,
             turn: [sin, cos],
             grid: grid.collect(),
-            all: Table::default(),
-            bright: Table::default(),
+            tables: Default::default(),
         };
-        image.all = image.tabulate(0.0);
-        image.bright = image.tabulate(image.mean().luminance() * (1.0 + 1e-4));
+        let mean = image.mean().luminance();
+        image.tables =
+            [image.tabulate(0.0), image.tabulate(mean * (1.0 + 1e-4)), image.tabulate_few(mean * SUN)];
         Ok(image)
     }
 
-    /// Whether nothing is brighter than the rest.
-    pub(super) fn is_even(&self) -> bool {
-        self.bright.norm == 0.0
+    /// Whether nothing is so much brighter than the rest that it would have to be sampled beside these rivals.
+    pub(super) fn is_even(&self, rivals: Rivals) -> bool {
+        rivals != Rivals::None && self.table(rivals).norm == 0.0
     }
 
-    /// The table for receivers whose [lobes look](super::super::Receiver::lobes_look) for light or do not.
+    /// Luminance of what is brighter than all that is left to other ways than sampling lights.
+    pub(super) fn sun(&self) -> f32 {
+        self.table(Rivals::Portals).level
+    }
+
     #[inline(always)]
-    fn table(&self, lobes_look: bool) -> &Table {
-        if lobes_look { &self.bright } else { &self.all }
+    fn table(&self, rivals: Rivals) -> &Table {
+        &self.tables[rivals as usize]
     }
 
     /// Sums up the luminance above `level`.
@@ -240,7 +254,28 @@ impl EnvironmentImage {
             *weight *= f64::from(self.grid[row + 1].v - self.grid[row].v) / width as f64;
         }
         let (rows, total) = Cumulative::new(rows, height + 1);
-        Table { level, rows, columns, norm: total[0] }
+        Table { level, rows, columns, few: vec![], norm: total[0] }
+    }
+
+    /// Sums up the luminance above a `level` that few cells are above.
+    fn tabulate_few(&self, level: f32) -> Table {
+        let (mut few, mut weights) = (vec![], vec![]);
+        for row in 0..=self.height {
+            let height = f64::from(self.grid[row + 1].v - self.grid[row].v);
+            for column in 0..self.width {
+                let corners = self.density_corners(row, column, level);
+                let sum: f64 = corners.as_flattened().iter().map(|&weight| f64::from(weight)).sum();
+                if sum > 0.0 {
+                    few.push([row as u32, column as u32]);
+                    weights.push(0.25 * sum * height / self.width as f64);
+                }
+            }
+        }
+        if few.is_empty() {
+            return Table { level, ..Table::default() };
+        }
+        let (rows, total) = Cumulative::new(weights, few.len());
+        Table { level, rows, columns: Cumulative::default(), few, norm: total[0] }
     }
 
     /// The pixel at grid row `k` (0 and `height + 1` are the poles), column `i` (may be `width`: the first again).
@@ -320,7 +355,7 @@ impl EnvironmentImage {
         }
         for i in to.lanes() {
             let Place { row, column, at: [s, t] } = places[i];
-            cells.set(i, self, self.table(to.lobes_look[i]), (row, column));
+            cells.set(i, self, self.table(to.rivals[i]), (row, column));
             (at[0][i], at[1][i]) = (s, t);
         }
         cells.le_and_pdf(&at, &sin_theta)
@@ -336,21 +371,30 @@ impl EnvironmentImage {
         u: &[[f64; LANES]; 2],
         lanes: [bool; LANES],
     ) -> EightSamples {
-        let table = |lane: usize| self.table(to.lobes_look[lane]);
+        let table = |lane: usize| self.table(to.rivals[lane]);
         let lanes = || (0..LANES).filter(move |&lane| lanes[lane]);
         let (mut row, mut column, mut between) = ([0; LANES], [0; LANES], [[0; 2]; LANES]);
         let mut rest = [[0.0; LANES]; 2];
         for i in lanes() {
             let rows = &table(i).rows;
             (row[i], rest[1][i]) = rows.find(0, rows.between(0, u[1][i]), u[1][i]);
-            table(i).columns.prefetch_guide(row[i], u[0][i]);
+            match table(i).few.get(row[i]) {
+                Some(cell) => {
+                    [row[i], column[i]] = cell.map(|at| at as usize);
+                    rest[0][i] = u[0][i];
+                }
+                None => table(i).columns.prefetch_guide(row[i], u[0][i]),
+            }
         }
-        for i in lanes() {
+        let in_rows = || lanes().filter(|&lane| table(lane).few.is_empty());
+        for i in in_rows() {
             between[i] = table(i).columns.between(row[i], u[0][i]);
             table(i).columns.prefetch_sums(row[i], between[i]);
         }
-        for i in lanes() {
+        for i in in_rows() {
             (column[i], rest[0][i]) = table(i).columns.find(row[i], between[i], u[0][i]);
+        }
+        for i in lanes() {
             for k in [row[i], row[i] + 1] {
                 prefetch(self.pixel(k, column[i]));
             }
@@ -411,7 +455,7 @@ impl EnvironmentImage {
 
     /// Bytes of the pixels and the tables.
     pub fn memory_bytes(&self) -> usize {
-        let tables = [&self.all, &self.bright].map(|t| t.columns.memory_bytes() + t.rows.memory_bytes());
+        let tables = self.tables.each_ref().map(Table::memory_bytes);
         size_of_val(&self.pixels[..]) + tables.iter().sum::<usize>()
     }
 }

@@ -10,7 +10,7 @@ pub use gradient::Gradient;
 pub use image::{EnvironmentImage, EnvironmentImageError};
 pub use studio::{Softbox, Studio};
 
-use super::{EightSamples, Receiver, Receivers};
+use super::{EightSamples, Receiver, Receivers, Rivals};
 use crate::core::Rgb;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use glam::Vec3;
@@ -77,13 +77,15 @@ impl Environment {
         }
     }
 
-    /// Whether it is about as bright all around as a lobe can see it.
-    pub(super) fn is_broad(&self) -> bool {
-        match self {
-            Self::Constant(_) | Self::Gradient(_) => true,
-            Self::Studio(studio) => studio.is_bare(),
-            Self::Image(image) => image.is_even(),
-        }
+    /// About how much arrives on a surface of what samples of it are to find beside these rivals: nothing, where it is about as
+    /// bright all around as they can see it.
+    pub(super) fn irradiance_beside(&self, rivals: Rivals) -> Rgb {
+        let is_broad = match self {
+            Self::Constant(_) | Self::Gradient(_) => rivals != Rivals::None,
+            Self::Studio(studio) => rivals != Rivals::None && studio.is_bare(),
+            Self::Image(image) => image.is_even(rivals),
+        };
+        if is_broad { Rgb::BLACK } else { self.irradiance() }
     }
 
     /// About how much arrives on a surface: pi times the mean radiance of all directions.
@@ -95,6 +97,14 @@ impl Environment {
             Self::Image(image) => image.mean(),
         };
         mean * PI
+    }
+
+    /// Luminance above which samples find it beside any [`Rivals`].
+    pub fn sun(&self) -> f32 {
+        match self {
+            Self::Image(image) => image.sun(),
+            _ => f32::INFINITY,
+        }
     }
 
     /// Whether telling its radiance takes so long that eight directions are told together.

@@ -1,8 +1,8 @@
 //! A photographer's studio: softboxes before a gradient.
 
-use super::super::Receivers;
 use super::super::pick::Picking;
 use super::super::spherical_rectangle::SphericalRectangle;
+use super::super::{Receivers, Rivals};
 use super::broad;
 use super::gradient::Gradient;
 use crate::core::Rgb;
@@ -150,7 +150,7 @@ impl Studio {
             }
             None => {
                 for lane in 0..LANES {
-                    weights[lane] = if to.lobes_look[lane] { 0.0 } else { self.background_power };
+                    weights[lane] = if to.rivals[lane] == Rivals::None { self.background_power } else { 0.0 };
                 }
             }
         }
