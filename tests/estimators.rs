@@ -7,8 +7,8 @@ use gloss::film::Film;
 use gloss::scene::{Override, load};
 use std::path::Path;
 
-const SCENES: [&str; 7] =
-    ["boxes", "checker-sphere", "cornell-glossy", "lemon", "mesh", "mirror-room", "rim"];
+const SCENES: [&str; 8] =
+    ["boxes", "checker-sphere", "cornell-glossy", "daylight", "lemon", "mesh", "mirror-room", "rim"];
 
 /// A shipped scene, small and with overrides.
 fn small(name: &str, overrides: &[(&str, &str)]) -> Film {
