@@ -260,7 +260,14 @@ impl EnvironmentImage {
     /// Sums up the luminance above a `level` that few cells are above.
     fn tabulate_few(&self, level: f32) -> Table {
         let (mut few, mut weights) = (vec![], vec![]);
+        let is_bright = |row: &[Rgb]| row.iter().any(|pixel| pixel.luminance() > level);
+        let bright: Vec<bool> = self.pixels.chunks_exact(self.width).map(is_bright).collect();
         for row in 0..=self.height {
+            // Its cells lie between two rows of pixels.
+            let [above, below] = [row.max(1) - 1, row.min(self.height - 1)];
+            if !bright[above] && !bright[below] {
+                continue;
+            }
             let height = f64::from(self.grid[row + 1].v - self.grid[row].v);
             for column in 0..self.width {
                 let corners = self.density_corners(row, column, level);
