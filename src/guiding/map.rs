@@ -40,20 +40,28 @@ const GREATEST_SHARE: f32 = 0.5;
 /// A share below which a guide is not worth asking.
 const LEAST_SHARE: f32 = 0.02;
 
-/// Root mean square of what rays bring that follow a guide, by their mean: it does not follow caustics in all detail.
-const SPREAD: f32 = 1.4;
+/// Root mean square of what samples bring that follow a guide, by their mean: it does not follow light in all detail.
+pub(super) const SPREAD: f32 = 1.4;
 
 impl Cell {
     /// The guide to the caustics of photons, for the points of `bounds`.
     pub(super) fn to_caustics(photons: &[Photon], bounds: &Aabb) -> Option<Self> {
         let caustic = photons.iter().map(|photon| photon.power).sum::<f32>() / area(photons);
-        // Variances go with mean squares: the best share is that of the roots.
-        let looked = || photons.iter().filter_map(|photon| photon.other);
-        let mean_square = looked().map(|other| other * other).sum::<f32>() / looked().count() as f32;
-        let other = PI * mean_square.sqrt();
-        let caustic = SPREAD * caustic;
-        let share = caustic / (caustic + other);
+        let share = Self::share_of(caustic, PI * Self::other(photons));
         Self::new(photons, bounds, share, GREATEST_SHARE)
+    }
+
+    /// Root mean square of the radiance that surfaces show without the light of photons; NaN where nobody knows.
+    pub(super) fn other(photons: &[Photon]) -> f32 {
+        let looked = || photons.iter().filter_map(|photon| photon.other);
+        (looked().map(|other| other * other).sum::<f32>() / looked().count() as f32).sqrt()
+    }
+
+    /// The best share of samples for so much light in the mean, where all else has such a root mean square: variances go with
+    /// mean squares.
+    pub(super) fn share_of(light: f32, other: f32) -> f32 {
+        let light = SPREAD * light;
+        light / (light + other)
     }
 
     /// The guide to the light of photons, if it is worth a share.

@@ -86,7 +86,7 @@ impl Shooter<'_> {
         let mut landed = vec![];
         for reflection in 1..=MOST_REFLECTIONS as u32 {
             let rays: Vec<Ray> = flying.iter().map(|photon| photon.ray).collect();
-            let hits = self.hits(&rays);
+            let hits = hits(self.accel, &rays);
             let mut next = vec![];
             for (photon, hit) in flying.iter().zip(&hits) {
                 if let Some(hit) = hit {
@@ -122,7 +122,7 @@ impl Shooter<'_> {
                 shadows.push(shadow);
             }
         }
-        let lit = flying.into_iter().zip(self.occluded(&shadows));
+        let lit = flying.into_iter().zip(occluded(self.accel, &shadows));
         lit.filter_map(|(photon, occluded)| (!occluded).then_some(photon)).collect()
     }
 
@@ -180,7 +180,7 @@ impl Shooter<'_> {
             sample.map_or(Ray::inactive(), |s| point.spawn(s.wi, f32::INFINITY, scene.settings.self_hit))
         };
         let rays: Vec<Ray> = looking.iter().map(|landed| look(landed)).collect();
-        let hits = self.hits(&rays);
+        let hits = hits(self.accel, &rays);
         let mut shadows = vec![Ray::inactive(); rays.len()];
         for (((landed, ray), hit), shadow) in looking.iter_mut().zip(&rays).zip(&hits).zip(&mut shadows) {
             landed.photon.other = Some(match hit {
@@ -200,28 +200,30 @@ impl Shooter<'_> {
                 }),
             });
         }
-        for (landed, occluded) in looking.iter_mut().zip(self.occluded(&shadows)) {
+        for (landed, occluded) in looking.iter_mut().zip(occluded(self.accel, &shadows)) {
             if occluded {
                 landed.photon.other = Some(0.0);
             }
         }
     }
+}
 
-    fn occluded(&self, rays: &[Ray]) -> Vec<bool> {
-        let mut occluded = vec![false; rays.len()];
-        self.accel.occluded(rays, Coherence::Incoherent, &mut occluded);
-        occluded
-    }
+/// Whether anything is in the way of each of these rays.
+pub fn occluded(accel: &dyn Accelerator, rays: &[Ray]) -> Vec<bool> {
+    let mut occluded = vec![false; rays.len()];
+    accel.occluded(rays, Coherence::Incoherent, &mut occluded);
+    occluded
+}
 
-    fn hits(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
-        let mut hits = vec![None; rays.len()];
-        self.accel.intersect(rays, Coherence::Incoherent, &mut hits);
-        hits
-    }
+/// What each of these rays hits.
+pub fn hits(accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Option<Hit>> {
+    let mut hits = vec![None; rays.len()];
+    accel.intersect(rays, Coherence::Incoherent, &mut hits);
+    hits
 }
 
 /// Luminance of what a surface reflects diffusely, if it does.
-pub fn diffuse(bsdf: &Bsdf) -> Option<f32> {
+fn diffuse(bsdf: &Bsdf) -> Option<f32> {
     bsdf.lobes().iter().find_map(|bxdf| match bxdf {
         Bxdf::Diffuse(lobe) => Some(lobe.reflectance.luminance()),
         _ => None,

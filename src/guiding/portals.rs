@@ -1,8 +1,8 @@
 //! Looking for the environment from the surfaces that camera paths come to: where few rays find it, those tell of portals.
 
 use super::map::{Cell, GuideMap, Making, Photon};
-use super::photons::light;
-use crate::accel::{Accelerator, Coherence};
+use super::photons::{hits, light, occluded};
+use crate::accel::Accelerator;
 use crate::bxdf::{Bxdf, Diffuse};
 use crate::core::{Ray, Sampler, SamplerKind};
 use crate::geometry::Aabb;
@@ -48,9 +48,6 @@ const PORTALS: Making = Making { most: 192, cell: Cell::to_portals };
 /// The greatest share of light samples that look through portals.
 const GREATEST_SHARE: f32 = 0.8;
 
-/// Root mean square of what samples bring that follow a guide, by their mean: portals have edges, which lobes have not.
-const SPREAD: f32 = 1.4;
-
 impl GuideMap {
     /// Guides to the environment for surfaces that see little of it; empty where there are none.
     ///
@@ -86,11 +83,8 @@ impl Cell {
         if sky * sky > MOST_OPEN * mean_square {
             return None;
         }
-        let others = || looks.iter().filter_map(|look| look.other);
-        let other = (others().map(|other| other * other).sum::<f32>() / others().count() as f32).sqrt();
         let lit: Vec<Photon> = looks.iter().filter(|look| look.power > 0.0).copied().collect();
-        let share = SPREAD * sky / (SPREAD * sky + other);
-        Self::new(&lit, bounds, share, GREATEST_SHARE)
+        Self::new(&lit, bounds, Self::share_of(sky, Self::other(looks)), GREATEST_SHARE)
     }
 }
 
@@ -134,8 +128,7 @@ impl Lookout<'_> {
         let mut rays: Vec<Ray> = numbers.iter().map(|&path| camera(path)).collect();
         let mut found = vec![];
         for surface in 1..=SURFACES {
-            let mut hits = vec![None; rays.len()];
-            self.accel.intersect(&rays, Coherence::Incoherent, &mut hits);
+            let hits = hits(self.accel, &rays);
             let arrived = numbers.iter().zip(&rays).zip(&hits).filter_map(|((&path, ray), hit)| {
                 Some(Stop { path, point: self.scene.interaction(ray, hit.as_ref()?) })
             });
@@ -174,9 +167,7 @@ impl Lookout<'_> {
                 found.push(Photon { p, n, wi, power: 0.0, other: Some(irradiance / PI) });
             }
         }
-        let mut occluded = vec![false; ways.len()];
-        self.accel.occluded(&ways, Coherence::Incoherent, &mut occluded);
-        for (photon, occluded) in found[first..].iter_mut().zip(occluded) {
+        for (photon, occluded) in found[first..].iter_mut().zip(occluded(self.accel, &ways)) {
             if occluded {
                 (photon.power, photon.other) = (0.0, photon.other.map(|_| 0.0));
             } else if photon.power > 0.0 {
@@ -197,6 +188,7 @@ impl Lookout<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::map::SPREAD;
     use super::*;
     use glam::Vec3;
 

@@ -42,9 +42,8 @@ struct Arrived {
     most: Floats,
     /// What no channel of reflected light may exceed.
     bound: Floats,
-    /// Whether each lobe that takes light from lights has rays that may find it.
-    lobes_look: [bool; LANES],
-    /// Who looks for light beside samples of lights.
+    /// Who looks for light beside samples of lights: the lobes, where each that takes light from lights has rays that may
+    /// find it.
     rivals: [Rivals; LANES],
 }
 
@@ -200,9 +199,10 @@ impl Integrator<'_> {
             self.add_ambient(group);
         }
         let Group { eight, out, .. } = group;
+        let mut lobes_look = [true; LANES];
         for part in parts.iter().filter(|part| part.takes_light) {
             for lane in 0..LANES {
-                arrived.lobes_look[lane] &= part.rate[lane] > 0.0;
+                lobes_look[lane] &= part.rate[lane] > 0.0;
             }
         }
 
@@ -211,7 +211,7 @@ impl Integrator<'_> {
         let most = parts.iter().map(|part| part.rays).fold(1, u32::max);
         let mut there = [false; LANES];
         for lane in 0..arrived.count {
-            arrived.rivals[lane] = Self::rivals(arrived.lobes_look[lane], eight.portals[lane]);
+            arrived.rivals[lane] = Self::rivals(lobes_look[lane], eight.portals[lane]);
             there[lane] = takes_light && self.asks_lights(arrived.rivals[lane], eight.portals[lane]);
         }
         let to = Receivers { p: eight.points.p, n: eight.points.n, rivals: arrived.rivals, there };
@@ -253,8 +253,7 @@ impl Integrator<'_> {
     #[inline(always)]
     fn arrived(&self, group: &Group) -> Arrived {
         let (settings, count) = (&self.scene.settings, group.count);
-        let mut arrived =
-            Arrived { count, ends: [true; LANES], lobes_look: [true; LANES], ..Arrived::default() };
+        let mut arrived = Arrived { count, ends: [true; LANES], ..Arrived::default() };
         for lane in 0..count {
             let path = group.eight.from[lane];
             arrived.beta.set(lane, path.beta);

@@ -9,9 +9,9 @@ use crate::scene::{Plan, Scene};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and a slit through which the sky is seen: walls, one of them checkered, and a ball that are diffuse, a patch that glows, a ball
-/// of rough gold, one of plastic, balls that are glossy, and diffuse with a gloss, of every kind that rays are drawn for once, and
-/// a silver wall that throws the lamp's light on others.
+/// A room with a lamp and a slit through which the sky is seen: walls, one of them checkered, and a ball that are diffuse, a
+/// patch that glows, a ball of rough gold, one of plastic, balls that are glossy, and diffuse with a gloss, of every kind that
+/// rays are drawn for once, and a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
     [camera]
     eye = [0, 0, 0.9]

@@ -33,26 +33,6 @@ impl Portal {
     }
 }
 
-/// [`Integrator::sample_both_ways`], to be compiled for wide instructions, apart from what is more ordinary.
-struct BothWays<'a, F> {
-    integrator: &'a Integrator<'a>,
-    drawn: &'a Eight<'a>,
-    to: &'a Receivers,
-    fine: F,
-    u: &'a Pairs,
-    samples: &'a mut EightSamples,
-}
-
-impl<F: FnOnce() -> Floats> Wide for BothWays<'_, F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { integrator, drawn, to, fine, u, samples } = self;
-        integrator.sample_both_ways(drawn, to, fine, u, samples);
-    }
-}
-
 impl<'a> Integrator<'a> {
     /// Whether a surface takes samples of lights, if one of its lobes does.
     #[inline(always)]
@@ -114,18 +94,42 @@ impl<'a> Integrator<'a> {
         }
     }
 
+    /// Puts what receivers see along `wi` of the environment into their lanes: radiance, and the density of samples
+    /// without a guide.
     #[inline(always)]
-    fn sample_both_ways(
-        &self,
-        drawn: &Eight,
-        to: &Receivers,
-        fine: impl FnOnce() -> Floats,
-        u: &Pairs,
-        samples: &mut EightSamples,
-    ) {
+    fn look_along(&self, to: &Receivers, wi: &Vectors, samples: &mut EightSamples) {
+        let lights = &self.scene.lights;
+        let detailed = lights.detailed_environment();
+        let eight = detailed.map(|environment| lights.environment_and_pdf_eight(environment, to, wi));
+        for lane in to.lanes() {
+            let (le, pdf) = match &eight {
+                Some(([r, g, b], pdf)) => (Rgb::new(r[lane], g[lane], b[lane]), pdf[lane]),
+                None => lights.environment_and_pdf(&to.get(lane), wi.get(lane)),
+            };
+            samples.set_environment(lane, wi.get(lane), le, pdf);
+        }
+    }
+}
+
+/// Samples of lights, where those of some receivers look through portals: apart from what is more ordinary.
+struct BothWays<'a, F> {
+    integrator: &'a Integrator<'a>,
+    drawn: &'a Eight<'a>,
+    to: &'a Receivers,
+    fine: F,
+    u: &'a Pairs,
+    samples: &'a mut EightSamples,
+}
+
+impl<F: FnOnce() -> Floats> Wide for BothWays<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { integrator, drawn, to, fine, u, samples } = self;
         let mut guides = [None; LANES];
         for lane in to.lanes() {
-            guides[lane] = self.portal(drawn.portals[lane], to.rivals[lane]);
+            guides[lane] = integrator.portal(drawn.portals[lane], to.rivals[lane]);
         }
         let (mut others, mut rest) = (*to, *u);
         let (mut through, mut wi) = (Receivers { there: [false; LANES], ..*to }, Vectors::default());
@@ -143,13 +147,13 @@ impl<'a> Integrator<'a> {
         }
         *samples = EightSamples::default();
         if !others.is_empty() {
-            self.scene.lights.sample_eight(&others, fine, &rest, samples);
+            integrator.scene.lights.sample_eight(&others, fine, &rest, samples);
             // Where others have no light, they may have left something.
             for lane in 0..LANES {
                 samples.there[lane] &= others.there[lane];
             }
         }
-        self.look_along(&through, &wi, samples);
+        integrator.look_along(&through, &wi, samples);
         for lane in 0..LANES {
             let (Some((cell, share)), true) = (guides[lane], samples.there[lane]) else { continue };
             let alone = samples.pdf[lane];
@@ -167,22 +171,6 @@ impl<'a> Integrator<'a> {
             for le in &mut samples.le_over_pdf {
                 le[lane] *= scale;
             }
-        }
-    }
-
-    /// Puts what receivers see along `wi` of the environment into their lanes: radiance, and the density of samples
-    /// without a guide.
-    #[inline(always)]
-    fn look_along(&self, to: &Receivers, wi: &Vectors, samples: &mut EightSamples) {
-        let lights = &self.scene.lights;
-        let detailed = lights.detailed_environment();
-        let eight = detailed.map(|environment| lights.environment_and_pdf_eight(environment, to, wi));
-        for lane in to.lanes() {
-            let (le, pdf) = match &eight {
-                Some(([r, g, b], pdf)) => (Rgb::new(r[lane], g[lane], b[lane]), pdf[lane]),
-                None => lights.environment_and_pdf(&to.get(lane), wi.get(lane)),
-            };
-            samples.set_environment(lane, wi.get(lane), le, pdf);
         }
     }
 }

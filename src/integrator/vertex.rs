@@ -82,7 +82,7 @@ impl Integrator<'_> {
         for (lane, &i) in group.iter().enumerate() {
             let path = &paths[i as usize];
             let le = Rgb::new(r[lane], g[lane], b[lane]);
-            let (path, ray) = (path, &rays[i as usize]);
+            let ray = &rays[i as usize];
             let seen = le * self.found_weight(path, || self.through_portal(path, ray, pdf[lane]));
             out.add(path, self.bounded(path.beta * seen, path.depth));
         }

@@ -162,14 +162,13 @@ pub fn render(
         pool.install(|| (GuideMap::to_caustics(scene, accel), GuideMap::to_portals(scene, accel)));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     let edges = pool.install(|| EmitterEdges::of(scene, accel));
-    picture.integrator = picture.integrator.guided_by(&caustics).through(&portals).with_edges(&edges);
+    let prepared =
+        |integrator| Integrator::guided_by(integrator, &caustics).through(&portals).with_edges(&edges);
+    picture.integrator = prepared(picture.integrator);
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot {
         let pilot = |splits_lights| {
-            Integrator::new(scene, accel)
-                .guided_by(&caustics)
-                .through(&portals)
-                .with_edges(&edges)
+            prepared(Integrator::new(scene, accel))
                 .with_seed(!scene.settings.seed)
                 .splitting_lights(splits_lights)
         };

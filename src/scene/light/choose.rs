@@ -266,13 +266,13 @@ impl Lights {
                 u[0][lane] = chosen.rest[lane];
             }
         }
-        for (rivals, far) in self.far.iter().enumerate() {
+        for (rivals, far) in self.far.iter().enumerate().filter(|(_, far)| !far.is_empty()) {
             let mut those = *to;
             for lane in 0..LANES {
                 those.there[lane] &= !near.there[lane] & (to.rivals[lane] as usize == rivals);
                 choice[lane] = below_one((u[0][lane] - near_share[lane]) / (1.0 - near_share[lane]));
             }
-            if those.is_empty() || far.is_empty() {
+            if those.is_empty() {
                 continue;
             }
             let chosen = far.sample_eight(&those, &choice);
@@ -301,8 +301,10 @@ impl Lights {
         let near = self.tree.importances(to);
         let mut importances = [Floats::default(); 3];
         if !self.tree.is_empty() {
-            for (importances, far) in importances.iter_mut().zip(far) {
-                *importances = far.importances(to);
+            for (k, importances) in importances.iter_mut().enumerate() {
+                if to.rivals.iter().any(|&rivals| rivals as usize == k) {
+                    *importances = far[k].importances(to);
+                }
             }
         }
         let mut shares = [1.0; LANES];

@@ -245,13 +245,12 @@ impl EnvironmentImage {
         let mut weights = vec![0.0; width * (height + 1)];
         for (row, weights) in weights.chunks_exact_mut(width).enumerate() {
             for (column, weight) in weights.iter_mut().enumerate() {
-                let [[a, b], [c, d]] = self.density_corners(row, column, level).map(|r| r.map(f64::from));
-                *weight = 0.25 * (a + b + c + d);
+                *weight = self.mean_density(row, column, level);
             }
         }
         let (columns, mut rows) = Cumulative::new(weights, width);
         for (row, weight) in rows.iter_mut().enumerate() {
-            *weight *= f64::from(self.grid[row + 1].v - self.grid[row].v) / width as f64;
+            *weight *= self.cell_area(row);
         }
         let (rows, total) = Cumulative::new(rows, height + 1);
         Table { level, rows, columns, few: vec![], norm: total[0] }
@@ -268,13 +267,11 @@ impl EnvironmentImage {
             if !bright[above] && !bright[below] {
                 continue;
             }
-            let height = f64::from(self.grid[row + 1].v - self.grid[row].v);
             for column in 0..self.width {
-                let corners = self.density_corners(row, column, level);
-                let sum: f64 = corners.as_flattened().iter().map(|&weight| f64::from(weight)).sum();
-                if sum > 0.0 {
+                let density = self.mean_density(row, column, level);
+                if density > 0.0 {
                     few.push([row as u32, column as u32]);
-                    weights.push(0.25 * sum * height / self.width as f64);
+                    weights.push(density * self.cell_area(row));
                 }
             }
         }
@@ -300,10 +297,16 @@ impl EnvironmentImage {
         [[at(row, column), at(row, column + 1)], [at(row + 1, column), at(row + 1, column + 1)]]
     }
 
-    /// The function that sampling follows, at the four corners of a cell.
+    /// The mean of the function that sampling follows over a cell.
     #[inline]
-    fn density_corners(&self, row: usize, column: usize, level: f32) -> [[f32; 2]; 2] {
-        self.by_sine(row, self.corners(row, column), level)
+    fn mean_density(&self, row: usize, column: usize, level: f32) -> f64 {
+        let corners = self.by_sine(row, self.corners(row, column), level);
+        0.25 * corners.as_flattened().iter().map(|&weight| f64::from(weight)).sum::<f64>()
+    }
+
+    /// The area of each cell of a row in the unit square.
+    fn cell_area(&self, row: usize) -> f64 {
+        f64::from(self.grid[row + 1].v - self.grid[row].v) / self.width as f64
     }
 
     /// Luminance above `level` times the sine of the polar angle, of the corners of a cell.
