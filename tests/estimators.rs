@@ -67,7 +67,7 @@ fn sampling_lights_lobes_or_both_makes_the_same_picture_of_every_scene() {
 }
 
 #[test]
-fn splitting_guiding_and_roulette_change_the_noise_and_not_the_picture() {
+fn splitting_candidates_guiding_and_roulette_change_the_noise_and_not_the_picture() {
     for name in ["cornell-glossy", "mesh", "boxes"] {
         let common = [("settings.preset", "accurate"), ("settings.spp", "96"), ("settings.max_depth", "4")];
         let with = |overrides: &[(&str, &str)]| small(name, &[&common[..], overrides].concat());
@@ -77,6 +77,18 @@ fn splitting_guiding_and_roulette_change_the_noise_and_not_the_picture() {
         }
         let lights = with(&[("settings.glossy_samples", "{ any = 3 }"), ("settings.light_samples", "split")]);
         assert_equal_within_noise(&plain, &lights, &format!("{name}: three samples of lights"));
+        let chosen = with(&[("settings.light_candidates", "4")]);
+        assert_equal_within_noise(&plain, &chosen, &format!("{name}: four candidates"));
+        let all = [
+            ("settings.glossy_samples", "{ any = 3 }"),
+            ("settings.light_samples", "split"),
+            ("settings.light_candidates", "2"),
+        ];
+        assert_equal_within_noise(
+            &plain,
+            &with(&all),
+            &format!("{name}: three samples of two candidates each"),
+        );
         let unguided = with(&[("settings.guiding", "false")]);
         assert_equal_within_noise(&plain, &unguided, &format!("{name}: guided or not"));
         let long = with(&[("settings.max_depth", "12"), ("settings.at_max_depth", "roulette")]);

@@ -146,12 +146,19 @@ fn a_bright_sphere_on_the_axis_fills_its_cone_of_the_lobe() {
             ratio * 200f64.sqrt()
         );
         let expected = 1.0 - (1.0 - ratio * ratio).sqrt().powi(e + 1);
-        for direct in ["mis", "lobe", "light"] {
+        for (direct, candidates) in
+            [("mis", "1"), ("lobe", "1"), ("light", "1"), ("mis", "4"), ("light", "4")]
+        {
             let text = glossy_plate(45.0, f64::from(e), "fold", 256, &light);
             // The whole cone is above the surface, but a wide lobe folds some of its mass into it.
-            let overrides = [("settings.direct_light", direct), ("settings.horizon", "\"clip\"")];
+            let overrides = [
+                ("settings.direct_light", direct),
+                ("settings.light_candidates", candidates),
+                ("settings.horizon", "\"clip\""),
+            ];
             let outcome = picture(&scene_with(&text, &overrides));
-            assert_mean(&outcome.film, expected, &format!("R/D={ratio} e={e} {direct}"));
+            let what = format!("R/D={ratio} e={e} {direct}, {candidates} candidates");
+            assert_mean(&outcome.film, expected, &what);
         }
     }
 }
@@ -178,12 +185,15 @@ fn a_square_light_has_arvos_moments() {
     for (e, expected) in
         [(1, 0.554_126_423_98), (2, 0.700_885_930_28), (5, 0.908_183_295_96), (10, 0.986_572_902_76)]
     {
-        for direct in ["mis", "lobe", "light"] {
+        for (direct, candidates) in
+            [("mis", "1"), ("lobe", "1"), ("light", "1"), ("mis", "5"), ("light", "5")]
+        {
             // Seen from below the light: between the plate and the light, straight down.
             let text = glossy_plate(0.0, f64::from(e), "clip", 256, on_axis)
                 .replace("eye = [0, 100, 0.0]", "eye = [0, 0.9, 0.0]");
-            let outcome = picture(&scene_with(&text, &[("settings.direct_light", direct)]));
-            assert_mean(&outcome.film, expected, &format!("e={e} {direct}"));
+            let overrides = [("settings.direct_light", direct), ("settings.light_candidates", candidates)];
+            let outcome = picture(&scene_with(&text, &overrides));
+            assert_mean(&outcome.film, expected, &format!("e={e} {direct}, {candidates} candidates"));
         }
     }
     let tilted = "[[lights]]\ntype = \"rect\"\ncorner = [-1.5, 1, -0.5]\nu = [1, 0, 0]\nv = [0, 0, 1]\nradiance = [1, 1, 1]";

@@ -3,7 +3,7 @@
 use super::farm_args::ShardFlag;
 use crate::film::PixelRect;
 use crate::scene::settings::Auto;
-use crate::scene::{GlossySamples, Override};
+use crate::scene::{GlossySamples, LightCandidates, Override};
 use std::num::NonZeroU32;
 use std::time::Duration;
 
@@ -46,6 +46,16 @@ pub(super) fn glossy_samples(typed: &str) -> Result<GlossySamples, String> {
         [first] => GlossySamples::First(first),
         _ => GlossySamples::PerDepth(list),
     })
+}
+
+/// A number of candidates for samples of lights, or `auto`.
+pub(super) fn light_candidates(typed: &str) -> Result<LightCandidates, String> {
+    if typed == "auto" {
+        return Ok(LightCandidates::Auto(Auto::Auto));
+    }
+    let count = typed.parse().ok().filter(|n| (1..=LightCandidates::MOST).contains(n));
+    let message = || format!("it is a number of candidates from 1 to {}, or auto", LightCandidates::MOST);
+    count.map(LightCandidates::Fixed).ok_or_else(message)
 }
 
 /// A radiance above 0.
@@ -193,6 +203,9 @@ mod tests {
         assert_eq!(glossy_samples("any=4"), Ok(GlossySamples::Any { any: 4 }));
         assert_eq!(glossy_samples("branch=9"), Ok(GlossySamples::Branch { branch: 9 }));
         assert_eq!(glossy_samples("auto"), Ok(GlossySamples::Auto(Auto::Auto)));
+        assert_eq!(light_candidates("auto"), Ok(LightCandidates::Auto(Auto::Auto)));
+        assert_eq!(light_candidates("4"), Ok(LightCandidates::Fixed(4)));
+        assert!(["0", "65", "-1", "many"].iter().all(|bad| light_candidates(bad).is_err()));
         let defined = definition("shapes.0.file=a=b.obj").unwrap();
         assert_eq!((&*defined.path, &*defined.value), ("shapes.0.file", "a=b.obj"));
         assert_eq!(tile_size("64"), Ok(64));

@@ -269,6 +269,7 @@ impl Report<'_> {
             ("samples_per_pixel", format!("{:.3}", self.samples_per_pixel())),
             ("split", outcome.split.to_string()),
             ("splits_lights", outcome.splits_lights.to_string()),
+            ("light_candidates", outcome.light_candidates.to_string()),
             ("stopped_by", outcome.stopped_by.name().to_owned()),
             ("seconds", format!("{:.3}", outcome.seconds)),
             ("rays", outcome.tally.all_rays().rays.to_string()),
@@ -317,6 +318,10 @@ impl Report<'_> {
             if outcome.split > 1 {
                 let lights = if outcome.splits_lights { ", and take as many samples of lights" } else { "" };
                 note(&format!("first hits split into {} rays{lights}", outcome.split));
+            }
+            if outcome.light_candidates > 1 {
+                let count = outcome.light_candidates;
+                note(&format!("samples of lights at glossy hits are chosen among {count} candidates"));
             }
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
         }
@@ -379,6 +384,7 @@ impl Report<'_> {
             "samples_per_pixel": self.samples_per_pixel(),
             "split": outcome.split,
             "splits_lights": outcome.splits_lights,
+            "light_candidates": outcome.light_candidates,
             "stopped_by": outcome.stopped_by,
             "seed": scene.settings.seed,
             "rays": rays,

@@ -4,7 +4,8 @@ use super::exit::{Failure, OrExit};
 use super::parse;
 use crate::bxdf::Horizon;
 use crate::scene::{
-    self, Aov, AtMaxDepth, DirectLight, GlossySamples, LightSamples, Override, Scene, SelfHit,
+    self, Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Override, Scene,
+    SelfHit,
 };
 use clap::ValueEnum;
 use std::num::NonZeroU32;
@@ -63,6 +64,11 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "HOW", help_heading = SETTINGS)]
     light_samples: Option<LightSamples>,
 
+    /// Choose each sample of lights at a glossy hit among N candidates by what the hit would reflect of them, which takes no
+    /// rays: unbiased; auto lets a pilot choose between 1 and 4 under images and studios
+    #[arg(long, value_name = "N", value_parser = parse::light_candidates, help_heading = SETTINGS)]
+    light_candidates: Option<LightCandidates>,
+
     /// Send part of the rays of diffuse surfaces where photons say that caustics come from: unbiased, without the bright dots
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
@@ -116,6 +122,7 @@ impl SceneArgs {
             ("settings.clamp_indirect", self.clamp_indirect.map(|x| format!("{x:?}"))),
             ("settings.adaptive", self.adaptive.map(|yes| yes.to_string())),
             ("settings.light_samples", self.light_samples.map(name)),
+            ("settings.light_candidates", self.light_candidates.map(light_candidates)),
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
             ("settings.portals", self.portals.map(|yes| yes.to_string())),
             ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
@@ -168,6 +175,14 @@ fn name(value: impl ValueEnum) -> String {
 /// As a list of TOML.
 fn names(values: &[impl ValueEnum + Copy]) -> String {
     format!("[{}]", values.iter().map(|&value| name(value)).collect::<Vec<_>>().join(", "))
+}
+
+/// As TOML.
+fn light_candidates(value: LightCandidates) -> String {
+    match value {
+        LightCandidates::Auto(_) => "\"auto\"".to_owned(),
+        LightCandidates::Fixed(n) => n.to_string(),
+    }
 }
 
 /// As TOML.

@@ -3,6 +3,7 @@
 //! surface here is what would come of it there, to the bit.
 
 use super::bounce::{Dimension, most_survivors, share_of_survivors};
+use super::candidates::Candidates;
 use super::direct::{bounded_by, power_heuristic};
 use super::eight::{Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
@@ -65,7 +66,6 @@ struct Part<'a> {
 }
 
 /// What guides do to rays that leave eight surfaces.
-#[derive(Default)]
 struct Guides {
     /// The share of rays that ask the guide: 0 where there is none.
     share: Floats,
@@ -108,6 +108,49 @@ impl Wide for Two<'_, '_, '_> {
     #[inline(always)]
     fn run(self) -> bool {
         self.integrator.reflect_two(self.group)
+    }
+}
+
+/// The choice of samples of lights among candidates, to be compiled for wide instructions: apart from what is more ordinary.
+struct Choose<'a, 'b, const N: usize> {
+    integrator: &'a Integrator<'b>,
+    eight: &'a Eight<'a>,
+    to: &'a Receivers,
+    /// The lobes, and their guides.
+    parts: (&'a [Part<'a>; N], &'a mut [Guides; N]),
+    /// Samples of lights, and which of them.
+    numbers: (u32, u32),
+    /// Candidates of each surface's sample.
+    counts: [u32; LANES],
+    /// The first candidates and what surfaces reflect of them; then those that are chosen.
+    chosen: (&'a mut EightSamples, &'a mut Colours),
+}
+
+impl<const N: usize> Wide for Choose<'_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { integrator, eight, to, parts: (parts, guides), numbers, counts, chosen } = self;
+        let (samples, number) = numbers;
+        let mut candidates = Candidates::of(eight, [samples; LANES], number);
+        candidates.offer(chosen.0, chosen.1);
+        for candidate in 1..counts.into_iter().fold(1, u32::max) {
+            let mut to = *to;
+            for lane in 0..LANES {
+                to.there[lane] &= candidate < counts[lane];
+            }
+            let (mut lights, mut reflected) = (EightSamples::default(), Colours::default());
+            let numbers = (counts.map(|n| samples * n), counts.map(|n| number * n + candidate));
+            integrator.sample_lights_at(eight, &to, numbers, &mut lights);
+            let takes_light = |part: &Part| part.takes_light && number < part.rays;
+            for (part, guides) in parts.iter().zip(&mut *guides).filter(|(part, _)| takes_light(part)) {
+                integrator.look_towards(&lights.wi, eight, guides);
+                part.reflect(eight.points, guides, &lights, &mut reflected);
+            }
+            candidates.offer(&lights, &reflected);
+        }
+        candidates.choose(counts.map(|n| n > 1), chosen.0, chosen.1);
     }
 }
 
@@ -209,6 +252,8 @@ impl Integrator<'_> {
         let takes_light = parts.iter().any(|part| part.takes_light);
         let samples = self.light_samples_of(parts.iter().map(|part| part.rays));
         let most = parts.iter().map(|part| part.rays).fold(1, u32::max);
+        let candidates = self.light_candidates_alike(&parts, eight);
+        let chooses = candidates != [1; LANES];
         let mut there = [false; LANES];
         for lane in 0..arrived.count {
             arrived.rivals[lane] = Self::rivals(lobes_look[lane], eight.portals[lane]);
@@ -219,24 +264,66 @@ impl Integrator<'_> {
             let mut lights = EightSamples::default();
             let asks = number < samples && !to.is_empty();
             if asks {
-                self.sample_lights_at(eight, &to, ([samples; LANES], number), &mut lights);
+                let numbers = (candidates.map(|n| samples * n), candidates.map(|n| number * n));
+                self.sample_lights_at(eight, &to, numbers, &mut lights);
             }
             let mut reflected = Colours::default();
-            for part in parts.iter().filter(|part| number < part.rays) {
+            let mut all_guides = [const { Guides::NONE }; N];
+            let with_guides = parts.iter().zip(&mut all_guides);
+            for (part, guides_of_part) in with_guides.filter(|(part, _)| number < part.rays) {
                 let numbers = self.numbers_alike(eight, part, number);
                 let (mut bounced, guides) = self.bounced((eight, part), &arrived, &numbers, &lights);
                 if asks && part.takes_light {
                     part.reflect(eight.points, &guides, &lights, &mut reflected);
                 }
-                for pdf in &mut bounced.pdf {
-                    *pdf /= samples as f32;
+                for (pdf, n) in bounced.pdf.iter_mut().zip(candidates) {
+                    *pdf /= (samples * n) as f32;
                 }
                 self.bounce_alike((eight, part), &arrived, (&numbers, &bounced), out);
+                *guides_of_part = guides;
+            }
+            if asks && chooses {
+                widely(Choose {
+                    integrator: self,
+                    eight,
+                    to: &to,
+                    parts: (&parts, &mut all_guides),
+                    numbers: (samples, number),
+                    counts: candidates,
+                    chosen: (&mut lights, &mut reflected),
+                });
             }
             if asks {
                 self.light_alike(eight, &arrived, &reflected, &lights, out);
             }
         }
+        if chooses {
+            for lane in to.lanes() {
+                out.tally.candidates += u64::from((candidates[lane] - 1) * samples);
+            }
+        }
+    }
+
+    /// Candidates of which each surface's samples of lights are one: as where each surface is by itself.
+    #[inline(always)]
+    fn light_candidates_alike(&self, parts: &[Part], eight: &Eight) -> [u32; LANES] {
+        if self.light_candidates == 1 {
+            return [1; LANES];
+        }
+        let chooses = match parts {
+            [only] => [only.takes_light && only.lobes.kind() == LobeKind::Glossy; LANES],
+            [
+                Part { lobes: Lobes::Diffuse(reflectance), .. },
+                Part { lobes: Lobes::Power(powers), takes_light, .. },
+            ] => {
+                let albedo = powers.albedo(eight.points);
+                std::array::from_fn(|lane| {
+                    *takes_light && albedo[lane] >= reflectance.get(lane).max_channel()
+                })
+            }
+            _ => [false; LANES],
+        };
+        chooses.map(|chooses| if chooses { self.light_candidates } else { 1 })
     }
 
     /// Adds what surfaces show of the scene's ambient light.
@@ -324,7 +411,7 @@ impl Integrator<'_> {
         numbers: &Numbers,
         lights: &EightSamples,
     ) -> (Bounced, Guides) {
-        let (mut guides, mut cells) = (Guides::default(), [None; LANES]);
+        let (mut guides, mut cells) = (Guides::NONE, [None; LANES]);
         if let (Some(caustics), Lobes::Diffuse(_)) = (self.caustics, part.lobes) {
             for lane in 0..LANES {
                 if let (Some(number), true) = (eight.guides[lane], part.rate[lane] > 0.0) {
@@ -365,6 +452,18 @@ impl Integrator<'_> {
         }
         bounced.end_by_chance(arrived, &numbers.survival);
         (bounced, guides)
+    }
+
+    /// Finds the densities of guides along other directions to lights.
+    #[inline(always)]
+    fn look_towards(&self, wi: &Vectors, eight: &Eight, guides: &mut Guides) {
+        for lane in 0..LANES {
+            let guide = eight.guides[lane].filter(|_| guides.share[lane] > 0.0);
+            if let (Some(caustics), Some(number)) = (self.caustics, guide) {
+                let mixture = &caustics.cell(number).mixture;
+                guides.towards_light[lane] = mixture.pdf(eight.points.p.get(lane), wi.get(lane));
+            }
+        }
     }
 
     /// Adds what samples of lights bring, of which all lobes together reflect so much.
@@ -496,6 +595,8 @@ impl Part<'_> {
 }
 
 impl Guides {
+    const NONE: Self = Self { share: [0.0; LANES], towards_light: [0.0; LANES], along_ray: [0.0; LANES] };
+
     /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
     #[inline(always)]
     fn weigh(

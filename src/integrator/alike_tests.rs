@@ -189,6 +189,9 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 3\nlight_samples = \"split\"",
         "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
         "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = [2, 3]",
+        "max_depth = 3\nlight_candidates = 4",
+        "max_depth = 2\nat_max_depth = \"black\"\nlight_candidates = 2\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
+        "max_depth = 3\nlight_candidates = 3\nclamp_indirect = 0.2\nself_hit = \"offset\"",
         "preset = \"suffern\"",
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {

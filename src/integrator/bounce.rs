@@ -28,6 +28,8 @@ pub(super) enum Dimension {
     Occlusion,
     /// The camera rays that look for emitters: at no surface, of depth 0.
     Emitters,
+    /// Which candidate becomes a sample of lights.
+    Candidate,
 }
 
 impl Dimension {
@@ -44,6 +46,7 @@ impl Dimension {
             // Beyond all others, so that they stay what they are.
             Self::Occlusion => return 0x8000_0000 + depth,
             Self::Emitters => return 0x4000_0000 + depth,
+            Self::Candidate => return 0x2000_0000 + depth,
         };
         1 + depth * Self::PER_VERTEX + offset
     }
@@ -88,6 +91,8 @@ pub(super) struct Leaving {
     chosen: Option<[f32; 2]>,
     /// Samples of lights.
     pub light_samples: u32,
+    /// Candidates of which each of them is one.
+    pub light_candidates: u32,
     /// Who looks for light beside samples of lights: the lobes, where each that takes light from lights has rays that may
     /// find it.
     pub rivals: Rivals,
@@ -200,6 +205,7 @@ impl Integrator<'_> {
         }
         leaving.light_samples =
             self.light_samples_of(bsdf.lobes().iter().map(|bxdf| self.rays_of(path, bxdf.kind())));
+        leaving.light_candidates = self.light_candidates_at(path, at, bsdf);
         if lobes > 1 && split == 1 {
             leaving.choose_one(at, bsdf, choice());
         }
@@ -352,7 +358,7 @@ impl Integrator<'_> {
             rate: if glossy && !settings.highlights {
                 f32::INFINITY
             } else {
-                sample.pdf / leaving.light_samples as f32 * rate
+                sample.pdf / (leaving.light_samples * leaving.light_candidates) as f32 * rate
             },
             receiver_n: point.at.n,
             rivals: leaving.rivals,

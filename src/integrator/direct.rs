@@ -58,10 +58,12 @@ impl Integrator<'_> {
         (leaving, number): (&[Leaving; LANES], u32),
         samples: &mut EightSamples,
     ) {
-        let (mut rivals, mut there, mut of) = ([Rivals::None; LANES], [false; LANES], [1; LANES]);
+        let (mut rivals, mut there) = ([Rivals::None; LANES], [false; LANES]);
+        // Samples of lights, and candidates of each.
+        let mut counts = [[1; 2]; LANES];
         for (lane, leaving) in leaving.iter().enumerate() {
             rivals[lane] = leaving.rivals;
-            of[lane] = leaving.light_samples.max(1);
+            counts[lane] = [leaving.light_samples.max(1), leaving.light_candidates.max(1)];
             there[lane] = bsdfs[lane].is_some_and(|bsdf| {
                 number < leaving.light_samples
                     && self.asks_lights(leaving.rivals, drawn.portals[lane])
@@ -70,18 +72,23 @@ impl Integrator<'_> {
         }
         let Interactions { p, n, .. } = drawn.points;
         let receivers = Receivers { p: *p, n: *n, rivals, there };
-        if !receivers.is_empty() {
-            self.sample_lights_at(drawn, &receivers, (of, number), samples);
+        if receivers.is_empty() {
+            return;
+        }
+        let numbers = (counts.map(|[samples, n]| samples * n), counts.map(|[_, n]| number * n));
+        self.sample_lights_at(drawn, &receivers, numbers, samples);
+        if counts.iter().any(|[_, candidates]| *candidates > 1) {
+            self.choose_lights((drawn, bsdfs), (leaving, number), (&receivers, &counts), samples);
         }
     }
 
-    /// Sample `number` of so many of lights for each of eight receivers, each with its part of the light.
+    /// Samples of lights of these numbers, of so many, for each of eight receivers, each with its part of the light.
     #[inline(always)]
     pub(super) fn sample_lights_at(
         &self,
         drawn: &Eight,
         to: &Receivers,
-        (of, number): ([u32; LANES], u32),
+        (of, numbers): ([u32; LANES], [u32; LANES]),
         samples: &mut EightSamples,
     ) {
         if of == [1; LANES] {
@@ -90,7 +97,7 @@ impl Integrator<'_> {
         }
         let mut indices = [0; LANES];
         for (lane, path) in drawn.from.iter().enumerate() {
-            indices[lane] = path.index_of(number, of[lane]);
+            indices[lane] = path.index_of(numbers[lane], of[lane]);
         }
         let light = drawn.draw_at(Dimension::LightDirection, indices);
         let fine = || drawn.draw_at(Dimension::Choice, indices)[1];
@@ -112,12 +119,8 @@ impl Integrator<'_> {
         leaving: &Leaving,
         light: &LightSample,
     ) -> Option<Unoccluded> {
-        let Reached { path, point, bsdf } = from;
-        let mut reflected = Rgb::BLACK;
-        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
-            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p));
-            reflected += self.lit(path, point, bxdf, rays, light);
-        }
+        let Reached { path, point, .. } = from;
+        let reflected = self.reflected(from, leaving, light);
         let radiance = self.bounded(path.beta * reflected * light.le_over_pdf, path.depth + 1);
         if radiance.is_black() {
             return None;
@@ -125,6 +128,18 @@ impl Integrator<'_> {
         let ray =
             light.shadow.then(|| point.spawn_shadow(light.wi, light.t_max, self.scene.settings.self_hit));
         Some(Unoccluded { radiance, ray })
+    }
+
+    /// What all lobes of the surface reflect of a light sample, by how much that counts beside their rays.
+    #[inline(always)]
+    pub(super) fn reflected(&self, from: &Reached, leaving: &Leaving, light: &LightSample) -> Rgb {
+        let Reached { path, point, bsdf } = from;
+        let mut reflected = Rgb::BLACK;
+        for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
+            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p));
+            reflected += self.lit(path, point, bxdf, rays, light);
+        }
+        reflected
     }
 
     /// Whether light samples are worth taking for this lobe.

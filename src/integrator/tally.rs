@@ -52,6 +52,9 @@ pub struct Tally {
     pub dropped: Dropped,
     /// Camera samples.
     pub samples: u64,
+    /// Candidates for samples of lights beyond one for each.
+    #[serde(default)]
+    pub candidates: u64,
     /// Sum over the camera samples of the throughput cut off at the greatest depth.
     lost: RadianceSum,
 }
@@ -65,6 +68,7 @@ impl Tally {
         }
         self.dropped.merge(other.dropped);
         self.samples += other.samples;
+        self.candidates += other.candidates;
         self.lost += other.lost;
     }
 

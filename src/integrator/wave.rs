@@ -57,6 +57,8 @@ pub struct Integrator<'a> {
     pub(super) splits_any: bool,
     /// Whether a hit that splits takes as many samples of lights as rays leave it.
     pub(super) splits_lights: bool,
+    /// Candidates of which each sample of lights at a glossy hit is one.
+    pub(super) light_candidates: u32,
     /// Reflections from which on paths end by chance.
     pub(super) roulette_from: u32,
     pub(super) log: Option<&'a dyn RayLog>,
@@ -155,6 +157,7 @@ impl<'a> Integrator<'a> {
             seed: scene.settings.seed,
             splits_any: scene.settings.glossy_samples.splits_any(),
             splits_lights: scene.settings.light_samples == LightSamples::Split,
+            light_candidates: scene.settings.light_candidates.without_pilot(),
             roulette_from: (*roulette_from).min(end),
             log: None,
         }
@@ -187,6 +190,17 @@ impl<'a> Integrator<'a> {
     /// Whether a hit that splits takes as many samples of lights as rays leave it.
     pub fn splits_lights(&self) -> bool {
         self.splits_lights
+    }
+
+    /// Chooses each sample of lights at a glossy hit among so many, whatever the settings say.
+    pub fn with_light_candidates(mut self, count: u32) -> Self {
+        self.light_candidates = count;
+        self
+    }
+
+    /// Candidates of which each sample of lights at a glossy hit is one.
+    pub fn light_candidates(&self) -> u32 {
+        self.light_candidates
     }
 
     /// Whether lights are sampled at hits whose lobes look for light themselves.
@@ -380,6 +394,9 @@ impl<'a> Integrator<'a> {
                     }
                 }
             }
+        }
+        for leaving in leaving.iter().filter(|leaving| leaving.light_candidates > 1) {
+            out.tally.candidates += u64::from((leaving.light_candidates - 1) * leaving.light_samples);
         }
         let directions = self.draw_directions(&eight, &bsdfs, &leaving);
         for (lane, leaving) in leaving.iter_mut().enumerate() {

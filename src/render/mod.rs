@@ -136,6 +136,8 @@ pub struct Outcome {
     pub split: u32,
     /// Whether such hits took as many samples of lights, in place of one.
     pub splits_lights: bool,
+    /// Candidates of which each sample of lights at a glossy hit was one.
+    pub light_candidates: u32,
 }
 
 /// Renders a scene with the structure built from its shapes.
@@ -167,14 +169,11 @@ pub fn render(
     picture.integrator = prepared(picture.integrator);
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot {
-        let pilot = |splits_lights| {
-            prepared(Integrator::new(scene, accel))
-                .with_seed(!scene.settings.seed)
-                .splitting_lights(splits_lights)
-        };
-        let split::Split { rays, lights } = pool.install(|| split::best(scene, pilot, stop));
-        picture.integrator = picture.integrator.splitting_lights(lights);
-        rays
+        let pilot = || prepared(Integrator::new(scene, accel)).with_seed(!scene.settings.seed);
+        let split::Best { split, light_candidates } = pool.install(|| split::best(scene, pilot, stop));
+        picture.integrator =
+            picture.integrator.splitting_lights(split.lights).with_light_candidates(light_candidates);
+        split.rays
     } else {
         plan.split
     };
@@ -191,6 +190,7 @@ pub fn render(
         stopped_by,
         split: picture.split,
         splits_lights: picture.integrator.splits_lights(),
+        light_candidates: picture.integrator.light_candidates(),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Into how many rays the first hit of a path is worth splitting, and whether samples of lights are worth it too.
+//! Into how many rays the first hit of a path is worth splitting, whether samples of lights are worth it too, and whether those
+//! of glossy hits are worth choosing among candidates.
 //!
 //! With V1 the variance that a pixel has without the lobe's own, V2 that of one lobe sample, and c1, c2 what a camera
 //! sample and a lobe sample cost, m rays have the variance `V1 + V2 / m` at the cost `c1 + m c2`: the product is
@@ -16,7 +17,7 @@ use super::tile::{Tile, tiles};
 use crate::film::{Film, Pixel, PixelRect};
 use crate::integrator::{Integrator, Scratch, Tally, Work};
 use crate::scene::settings::MAX_AUTO_SPLIT;
-use crate::scene::{LightSamples, Scene};
+use crate::scene::{LightCandidates, LightSamples, Plan, Scene};
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -60,6 +61,15 @@ const WORTH_IT: f64 = 0.96;
 /// Splitting samples of lights too must promise to be better than splitting rays alone by this factor.
 const LIGHTS_WORTH_IT: f64 = 0.93;
 
+/// What a pilot has found best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Best {
+    /// What a first hit is worth splitting into.
+    pub split: Split,
+    /// Candidates for each sample of lights at a glossy hit.
+    pub light_candidates: u32,
+}
+
 /// What a first hit is worth splitting into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
@@ -88,44 +98,45 @@ struct Trial {
     samples: f64,
 }
 
-/// The splitting of first hits that is best for a picture of the scene, as far as a pilot can tell; any if `stop` becomes true.
+/// What is best for a picture of the scene, as far as a pilot can tell; anything if `stop` becomes true.
 ///
-/// `integrator` makes one that draws other numbers than the picture, and splits samples of lights or does not.
-pub(super) fn best<'a>(
-    scene: &'a Scene,
-    integrator: impl Fn(bool) -> Integrator<'a>,
-    stop: &AtomicBool,
-) -> Split {
+/// `integrator` makes one that draws other numbers than the picture.
+pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>, stop: &AtomicBool) -> Best {
     let [width, height] = scene.camera.resolution;
     let whole = PixelRect { x0: 0, y0: 0, x1: width, y1: height };
-    let integrators = [false, true].map(integrator);
-    let splits_lights = match scene.settings.light_samples {
-        _ if !integrators[0].samples_lights() => [true, false],
-        LightSamples::One => [true, false],
-        LightSamples::Split => [false, true],
-        LightSamples::Auto => [true, true],
+    let is_tried = |pixel: &&(u32, u32)| is_tried(pixel, whole.area());
+    let tiles = tiles(whole, TILE_SIZE).into_iter().map(|tile| {
+        let pixels: Vec<_> = tile.active.iter().filter(is_tried).copied().collect();
+        (tile, pixels)
+    });
+    let tiles: Vec<_> = tiles.collect();
+    let try_with = |integrator: Integrator, split| {
+        let of_tiles: Vec<Trial> = tiles
+            .par_iter()
+            .map(|(tile, pixels)| try_splitting(scene, &integrator, (tile, pixels), split, stop))
+            .collect();
+        of_tiles.into_iter().fold(Trial::default(), Trial::and)
     };
-    let trials: Vec<Trials> = tiles(whole, TILE_SIZE)
-        .par_iter()
-        .map(|tile| {
-            let pixels: Vec<_> =
-                tile.active.iter().copied().filter(|pixel| is_tried(pixel, whole.area())).collect();
-            let try_with = |integrator, split| try_splitting(scene, integrator, (tile, &pixels), split, stop);
-            let many = [0, 1].map(|lights| {
-                let wanted = splits_lights[lights].then(|| try_with(&integrators[lights], PILOT_SPLIT));
-                wanted.unwrap_or_default()
-            });
-            Trials { one: try_with(&integrators[0], 1), many }
-        })
-        .collect();
-    let mut all = Trials::default();
-    for Trials { one, many } in trials {
-        all.one.add(one);
-        for (all, many) in all.many.iter_mut().zip(many) {
-            all.add(many);
+
+    let (mut one, mut light_candidates) = (try_with(integrator(), 1), integrator().light_candidates());
+    if Plan::of(scene).tries_candidates {
+        let chosen = try_with(integrator().with_light_candidates(LightCandidates::TRIED), 1);
+        if chosen.left_beside(&one) < 1.0 {
+            (one, light_candidates) = (chosen, LightCandidates::TRIED);
         }
     }
-    all.best_split()
+    let splits_lights: &[bool] = match scene.settings.light_samples {
+        _ if !integrator().samples_lights() => &[false],
+        LightSamples::One => &[false],
+        LightSamples::Split => &[true],
+        LightSamples::Auto => &[false, true],
+    };
+    let many = [false, true].map(|splits| {
+        let integrator = || integrator().with_light_candidates(light_candidates).splitting_lights(splits);
+        let wanted = splits_lights.contains(&splits).then(|| try_with(integrator(), PILOT_SPLIT));
+        wanted.unwrap_or_default()
+    });
+    Best { split: Trials { one, many }.best_split(), light_candidates }
 }
 
 /// Whether a pixel of a picture of `area` pixels is the pilot's: those of a lattice that is even in both directions.
@@ -282,11 +293,19 @@ fn closed_form(left: f64, cost: [f64; 2]) -> (u32, f64) {
 }
 
 impl Trial {
-    /// Adds pixels that come after these.
-    fn add(&mut self, next: Self) {
+    /// This, and pixels that come after these.
+    fn and(mut self, next: Self) -> Self {
         self.pixels.extend(next.pixels);
-        self.cost += next.cost;
-        self.samples += next.samples;
+        Self { pixels: self.pixels, cost: self.cost + next.cost, samples: self.samples + next.samples }
+    }
+
+    /// Variance times cost by that of other samples of the same pixels.
+    fn left_beside(&self, other: &Self) -> f64 {
+        let level = 0.5 * (self.mean_luminance() + other.mean_luminance());
+        let [noise, of_other] = [self, other].map(|trial| trial.noise(level).iter().sum::<f64>());
+        let cost = self.mean_cost() / other.mean_cost();
+        // Nobody knows of a picture without noise.
+        if of_other > 0.0 { (noise / of_other).powf(1.0 / POWER) * cost } else { 1.0 }
     }
 
     /// A [power](POWER) of the variance by the square of the mean, in sums over a few pixels each; a mean below a tenth of the
@@ -359,6 +378,14 @@ mod tests {
         };
         assert!(best(0.35, 22.0).lights && best(0.35, 22.0).rays > 1);
         assert!(!best(0.6, 22.0).lights && !best(0.35, 60.0).lights);
+    }
+
+    #[test]
+    fn candidates_are_told_by_variance_times_cost() {
+        let trial = |variance, cost| Trial { pixels: vec![[1.0, variance]; 100], cost, samples: 4.0 };
+        assert!((trial(0.5, 12.0).left_beside(&trial(1.0, 8.0)) - 0.75).abs() < 1e-6);
+        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.0);
+        assert_eq!(Trial::default().left_beside(&Trial::default()), 1.0);
     }
 
     #[test]

@@ -29,7 +29,9 @@ pub use load::{
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
 pub use preset::Preset;
-pub use settings::{Aov, AtMaxDepth, DirectLight, GlossySamples, LightSamples, Occlusion, SelfHit, Settings};
+pub use settings::{
+    Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
+};
 pub use world::World;
 
 use crate::core::Rgb;

@@ -1,7 +1,8 @@
 //! What a scene requires of a render, and what is therefore left out.
 
 use super::{
-    AtMaxDepth, DirectLight, Environment, GlossySamples, Light, Material, Scene, SelfHit, Settings, Specular,
+    AtMaxDepth, DirectLight, Environment, GlossySamples, Light, LightCandidates, Material, Scene, SelfHit,
+    Settings, Specular,
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
@@ -32,6 +33,8 @@ pub struct Plan {
     pub splits_any: bool,
     /// Whether a pilot finds out into how many rays.
     pub splits_by_pilot: bool,
+    /// Whether it finds out too whether samples of lights at glossy hits are worth choosing among candidates.
+    pub tries_candidates: bool,
     /// The most glossy rays that one camera ray can lead to, if there is a bound.
     pub glossy_rays_bound: Option<f64>,
     /// Whether directions towards lights are sampled.
@@ -66,6 +69,8 @@ impl Plan {
         let bounces = has_lobes && goes_on;
         let splits_any = settings.glossy_samples.splits_any();
         let can_split = goes_on && (has_glossy || splits_any && has_diffuse && settings.diffuse_bounces);
+        let splits_by_pilot = can_split && matches!(settings.glossy_samples, GlossySamples::Auto(_));
+        let candidates = has_glossy && settings.highlights && lights.samples;
         Self {
             triangles: count(scene, |s| matches!(s, Shape::Mesh(_))),
             spheres: count(scene, |s| matches!(s, Shape::Spheres(_))),
@@ -77,7 +82,11 @@ impl Plan {
             bounces,
             split: if can_split { settings.glossy_samples.at(0) } else { 1 },
             splits_any,
-            splits_by_pilot: can_split && matches!(settings.glossy_samples, GlossySamples::Auto(_)),
+            splits_by_pilot,
+            tries_candidates: splits_by_pilot
+                && candidates
+                && lights.table
+                && matches!(settings.light_candidates, LightCandidates::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,

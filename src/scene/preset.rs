@@ -1,6 +1,8 @@
 //! Named sets of settings.
 
-use super::settings::{AtMaxDepth, DirectLight, GlossySamples, LightSamples, Occlusion, SelfHit, Settings};
+use super::settings::{
+    AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
+};
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use schemars::JsonSchema;
@@ -39,6 +41,7 @@ impl Preset {
             self_hit: SelfHit::Offset,
             direct_light: DirectLight::Mis,
             light_samples: LightSamples::One,
+            light_candidates: LightCandidates::Fixed(1),
             diffuse_bounces: false,
             guiding: false,
             portals: false,

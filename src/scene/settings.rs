@@ -110,6 +110,33 @@ pub enum LightSamples {
     Auto,
 }
 
+/// Candidates of which each sample of lights at a glossy hit is one, kept by what the hit would reflect of it: unbiased.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a whole number or \"auto\"")]
+pub enum LightCandidates {
+    /// So many; 1 for samples as they are drawn.
+    Fixed(u32),
+    /// One or [four](Self::TRIED), as a pilot finds to be better, where the environment is an image or a studio and a pilot finds
+    /// out into how many rays hits split; else one.
+    Auto(Auto),
+}
+
+impl LightCandidates {
+    /// Candidates that a pilot tries.
+    pub const TRIED: u32 = 4;
+
+    /// The greatest number: that many samples bring hardly less than a choice among more.
+    pub const MOST: u32 = 64;
+
+    /// Their number where no pilot finds out.
+    pub fn without_pilot(self) -> u32 {
+        match self {
+            Self::Fixed(count) => count,
+            Self::Auto(_) => 1,
+        }
+    }
+}
+
 /// How light that comes straight from a light is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -194,6 +221,8 @@ pub struct Settings {
     pub direct_light: DirectLight,
     /// Samples of lights per hit.
     pub light_samples: LightSamples,
+    /// Candidates for each of them at a glossy hit.
+    pub light_candidates: LightCandidates,
     /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
     pub diffuse_bounces: bool,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
@@ -247,6 +276,7 @@ impl Default for Settings {
             self_hit: SelfHit::default(),
             direct_light: DirectLight::default(),
             light_samples: LightSamples::default(),
+            light_candidates: LightCandidates::Auto(Auto::Auto),
             diffuse_bounces: true,
             guiding: true,
             portals: true,

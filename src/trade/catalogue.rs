@@ -65,6 +65,7 @@ pub fn base(scene: &Scene, engine: Engine, spp: u32) -> Way {
         .with("settings.direct_light", "\"mis\"")
         .with("settings.sampler", "\"sobol\"")
         .with("settings.occlusion", "\"exact\"")
+        .with("settings.light_candidates", scene.settings.light_candidates.without_pilot())
         .with("settings.guiding", scene.settings.guiding)
         .with("settings.portals", scene.settings.portals)
         .with("settings.emitter_edges", scene.settings.emitter_edges)

@@ -23,6 +23,8 @@ pub enum Knob {
     DirectLight,
     /// One sample of lights for a hit that splits, or as many as rays
     LightSamples,
+    /// Candidates for each sample of lights at a glossy hit
+    LightCandidates,
     /// Which random numbers
     Sampler,
     /// Whether diffuse surfaces look where photons say that caustics come from
@@ -52,7 +54,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -60,6 +62,7 @@ impl Knob {
         Self::SelfHit,
         Self::DirectLight,
         Self::LightSamples,
+        Self::LightCandidates,
         Self::Sampler,
         Self::Guiding,
         Self::Portals,
@@ -98,6 +101,8 @@ impl Knob {
                 Some("nothing reflects")
             }
             Self::DirectLight | Self::LightSamples if !plan.samples_lights => Some("no light is sampled"),
+            Self::LightCandidates if !plan.samples_lights => Some("no light is sampled"),
+            Self::LightCandidates if !plan.has_glossy => Some("no surface is glossy"),
             Self::LightSamples if !plan.bounces => Some("nothing reflects"),
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
@@ -122,6 +127,7 @@ impl Knob {
                 let splitting = base.clone().with("settings.glossy_samples", "\"auto\"");
                 named(&splitting, "settings.light_samples", &["auto", "one", "split"])
             }
+            Self::LightCandidates => candidates(scene, base),
             Self::Sampler => {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
@@ -248,6 +254,14 @@ fn clamps(base: &Way) -> Vec<Choice> {
     };
     let off = ("off".to_owned(), Ok(base.clone()));
     [1, 3, 10].map(clamp).into_iter().chain([off]).collect()
+}
+
+fn candidates(scene: &Scene, base: &Way) -> Vec<Choice> {
+    let mut counts = vec![1, 2, 4, 8, scene.settings.light_candidates.without_pilot()];
+    counts.sort_unstable();
+    counts.dedup();
+    let choice = |n: u32| (n.to_string(), Ok(base.clone().with("settings.light_candidates", n)));
+    counts.into_iter().map(choice).collect()
 }
 
 fn on_and_off(base: &Way, setting: &str) -> Vec<Choice> {

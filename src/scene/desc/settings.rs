@@ -4,7 +4,7 @@ use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
 use crate::scene::settings::{
-    Aov, AtMaxDepth, DirectLight, GlossySamples, LightSamples, Occlusion, SelfHit, Settings,
+    Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -35,6 +35,8 @@ pub struct SettingsDesc {
     pub direct_light: Option<DirectLight>,
     /// Samples of lights per hit.
     pub light_samples: Option<LightSamples>,
+    /// Candidates of which each sample of lights at a glossy hit is one; `auto` lets a pilot choose.
+    pub light_candidates: Option<LightCandidates>,
     /// Whether diffuse surfaces see other surfaces or only lights.
     pub diffuse_bounces: Option<bool>,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
@@ -74,6 +76,7 @@ impl SettingsDesc {
             self_hit: self.self_hit.unwrap_or(preset.self_hit),
             direct_light: self.direct_light.unwrap_or(preset.direct_light),
             light_samples: self.light_samples.unwrap_or(preset.light_samples),
+            light_candidates: self.light_candidates.unwrap_or(preset.light_candidates),
             diffuse_bounces: self.diffuse_bounces.unwrap_or(preset.diffuse_bounces),
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),

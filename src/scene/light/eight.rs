@@ -128,7 +128,7 @@ impl EightSamples {
 
     /// Takes over what others are in some `lanes`.
     #[inline(always)]
-    pub(super) fn take(&mut self, others: &Self, lanes: [bool; LANES]) {
+    pub fn take(&mut self, others: &Self, lanes: [bool; LANES]) {
         for lane in 0..LANES {
             let taken = lanes[lane];
             self.wi.set(lane, if taken { others.wi.get(lane) } else { self.wi.get(lane) });

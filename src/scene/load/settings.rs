@@ -3,7 +3,7 @@
 use super::SceneError;
 use super::source::Source;
 use crate::scene::desc::SettingsDesc;
-use crate::scene::{GlossySamples, Settings};
+use crate::scene::{GlossySamples, LightCandidates, Settings};
 
 /// Rays that one hit may split into: more would not fit into one wave.
 const MOST_GLOSSY_SAMPLES: u32 = 65_536;
@@ -28,6 +28,12 @@ pub(super) fn checked(desc: &SettingsDesc, source: &Source) -> Result<Settings, 
     if let Some(m) = counts.iter().find(|m| !(1..=MOST_GLOSSY_SAMPLES).contains(*m)) {
         let message = format!("{m} rays per hit: each number must be from 1 to {MOST_GLOSSY_SAMPLES}");
         return Err(at.key("glossy_samples").fail(message));
+    }
+    let candidates = settings.light_candidates.without_pilot();
+    if !(1..=LightCandidates::MOST).contains(&candidates) {
+        let most = LightCandidates::MOST;
+        let message = format!("{candidates} candidates: their number must be from 1 to {most}");
+        return Err(at.key("light_candidates").fail(message));
     }
     Ok(settings)
 }
