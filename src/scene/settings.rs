@@ -110,7 +110,8 @@ pub enum LightSamples {
     Auto,
 }
 
-/// Candidates of which each sample of lights at a glossy hit is one, kept by what the hit would reflect of it: unbiased.
+/// Candidates of which each sample of lights is one, at hits where glossy lobes reflect most of the light; kept by what the hit
+/// would reflect of it: unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a whole number or \"auto\"")]
 pub enum LightCandidates {
