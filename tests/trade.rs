@@ -294,4 +294,10 @@ fn knobs_that_turn_nothing_are_left_out_and_ways_are_measured_once() {
     let dark = catalogue_of(&SCENE.replace("[environment]\ntype = \"constant\"\nradiance = 1", ""));
     let why = dark.left_out.iter().find(|left| left.knob == Knob::Occlusion).unwrap();
     assert_eq!(why.why, "there is no environment");
+    let off = catalogue_of(&format!("settings = {{ guiding = false, portals = false }}\n{SCENE}"));
+    for knob in [Knob::Guiding, Knob::Portals] {
+        let why = |from: &Catalogue| from.left_out.iter().find(|left| left.knob == knob).unwrap().why.clone();
+        assert_eq!(why(&off), "the scene turns it off");
+        assert_ne!(why(&glossy), "the scene turns it off");
+    }
 }

@@ -104,6 +104,9 @@ impl Knob {
             Self::LightCandidates if !plan.samples_lights => Some("no light is sampled"),
             Self::LightCandidates if !plan.has_glossy => Some("no surface is glossy"),
             Self::LightSamples if !plan.bounces => Some("nothing reflects"),
+            // What they would find is only known where they may look.
+            Self::Guiding if !scene.settings.guiding => Some("the scene turns it off"),
+            Self::Portals if !scene.settings.portals => Some("the scene turns it off"),
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
