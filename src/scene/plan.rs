@@ -142,6 +142,11 @@ impl Plan {
             "the environment's table (no environment of varying radiance is sampled)",
         );
         say(
+            self.tries_candidates,
+            "a pilot finds out whether samples of lights at glossy hits are chosen among candidates",
+            "a trial of candidates for samples of lights (nothing glossy under an image or a studio, or their number is given)",
+        );
+        say(
             self.guides,
             "photons say where caustics come from",
             "photons (no caustic can fall on a diffuse surface, or none is wanted)",
