@@ -3,7 +3,6 @@
 //! surface here is what would come of it there, to the bit.
 
 use super::bounce::{Dimension, most_survivors, share_of_survivors};
-use super::candidates::Candidates;
 use super::direct::{bounded_by, power_heuristic};
 use super::eight::{Eight, Lane, Pairs};
 use super::guided::{mix, unguided, within};
@@ -118,10 +117,8 @@ struct Choose<'a, 'b, const N: usize> {
     to: &'a Receivers,
     /// The lobes, and their guides.
     parts: (&'a [Part<'a>; N], &'a mut [Guides; N]),
-    /// Samples of lights, and which of them.
-    numbers: (u32, u32),
-    /// Candidates of each surface's sample.
-    counts: [u32; LANES],
+    /// Samples of lights of each surface and candidates of each of them, and which sample.
+    numbers: ([[u32; 2]; LANES], u32),
     /// The first candidates and what surfaces reflect of them; then those that are chosen.
     chosen: (&'a mut EightSamples, &'a mut Colours),
 }
@@ -131,26 +128,14 @@ impl<const N: usize> Wide for Choose<'_, '_, N> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { integrator, eight, to, parts: (parts, guides), numbers, counts, chosen } = self;
-        let (samples, number) = numbers;
-        let mut candidates = Candidates::of(eight, [samples; LANES], number);
-        candidates.offer(chosen.0, chosen.1);
-        for candidate in 1..counts.into_iter().fold(1, u32::max) {
-            let mut to = *to;
-            for lane in 0..LANES {
-                to.there[lane] &= candidate < counts[lane];
-            }
-            let (mut lights, mut reflected) = (EightSamples::default(), Colours::default());
-            let numbers = (counts.map(|n| samples * n), counts.map(|n| number * n + candidate));
-            integrator.sample_lights_at(eight, &to, numbers, &mut lights);
+        let Self { integrator, eight, to, parts: (parts, guides), numbers: (counts, number), chosen } = self;
+        integrator.choose_among((eight, to), (&counts, number), chosen, |lights, reflected| {
             let takes_light = |part: &Part| part.takes_light && number < part.rays;
             for (part, guides) in parts.iter().zip(&mut *guides).filter(|(part, _)| takes_light(part)) {
                 integrator.look_towards(&lights.wi, eight, guides);
-                part.reflect(eight.points, guides, &lights, &mut reflected);
+                part.reflect(eight.points, guides, lights, reflected);
             }
-            candidates.offer(&lights, &reflected);
-        }
-        candidates.choose(counts.map(|n| n > 1), chosen.0, chosen.1);
+        });
     }
 }
 
@@ -288,8 +273,7 @@ impl Integrator<'_> {
                     eight,
                     to: &to,
                     parts: (&parts, &mut all_guides),
-                    numbers: (samples, number),
-                    counts: candidates,
+                    numbers: (candidates.map(|n| [samples, n]), number),
                     chosen: (&mut lights, &mut reflected),
                 });
             }

@@ -112,31 +112,17 @@ impl Integrator<'_> {
         if chooses { self.light_candidates } else { 1 }
     }
 
-    /// Chooses sample `number` of lights of each of eight surfaces among its candidates, of which `samples` has the first; `counts` are
-    /// samples of each surface and candidates of each sample.
+    /// Chooses sample `number` of lights of each of eight surfaces among its candidates, of which `lights` has the first;
+    /// `counts` are samples of each surface and candidates of each sample.
     #[inline(never)]
     pub(super) fn choose_lights(
         &self,
         (drawn, bsdfs): (&Eight, &[Option<&Bsdf>; LANES]),
         (leaving, number): (&[Leaving; LANES], u32),
         (to, counts): (&Receivers, &[[u32; 2]; LANES]),
-        samples: &mut EightSamples,
+        lights: &mut EightSamples,
     ) {
-        let mut candidates = Candidates::of(drawn, counts.map(|[samples, _]| samples), number);
-        let most = counts.iter().fold(1, |most, [_, n]| most.max(*n));
-        for candidate in 0..most {
-            let mut to = *to;
-            for (there, [_, n]) in to.there.iter_mut().zip(counts) {
-                *there &= candidate < *n;
-            }
-            let mut lights = *samples;
-            if candidate > 0 {
-                lights = EightSamples::default();
-                let numbers =
-                    (counts.map(|[samples, n]| samples * n), counts.map(|[_, n]| number * n + candidate));
-                self.sample_lights_at(drawn, &to, numbers, &mut lights);
-            }
-            let mut reflected = Colours::default();
+        let reflect = |lights: &EightSamples, reflected: &mut Colours| {
             for lane in to.lanes() {
                 if let (Some(bsdf), Some(light)) = (bsdfs[lane], lights.get(lane)) {
                     let point = &Lane { eight: drawn, lane }.point();
@@ -144,9 +130,38 @@ impl Integrator<'_> {
                     reflected.set(lane, self.reflected(&from, &leaving[lane], &light));
                 }
             }
+        };
+        let mut reflected = Colours::default();
+        reflect(lights, &mut reflected);
+        self.choose_among((drawn, to), (counts, number), (lights, &mut reflected), reflect);
+    }
+
+    /// Chooses among candidates that are drawn here but for the first, `chosen` with what surfaces reflect of it, and puts
+    /// in its place what was chosen; `counts` as for [`choose_lights`](Self::choose_lights), and `reflect` says what surfaces
+    /// reflect of others.
+    #[inline(always)]
+    pub(super) fn choose_among(
+        &self,
+        (drawn, to): (&Eight, &Receivers),
+        (counts, number): (&[[u32; 2]; LANES], u32),
+        chosen: (&mut EightSamples, &mut Colours),
+        mut reflect: impl FnMut(&EightSamples, &mut Colours),
+    ) {
+        let mut candidates = Candidates::of(drawn, counts.map(|[samples, _]| samples), number);
+        candidates.offer(chosen.0, chosen.1);
+        for candidate in 1..counts.iter().fold(1, |most, [_, n]| most.max(*n)) {
+            let mut to = *to;
+            for (there, [_, n]) in to.there.iter_mut().zip(counts) {
+                *there &= candidate < *n;
+            }
+            let (mut lights, mut reflected) = (EightSamples::default(), Colours::default());
+            let numbers =
+                (counts.map(|[samples, n]| samples * n), counts.map(|[_, n]| number * n + candidate));
+            self.sample_lights_at(drawn, &to, numbers, &mut lights);
+            reflect(&lights, &mut reflected);
             candidates.offer(&lights, &reflected);
         }
-        candidates.choose(counts.map(|[_, n]| n > 1), samples, &mut Colours::default());
+        candidates.choose(counts.map(|[_, n]| n > 1), chosen.0, chosen.1);
     }
 }
 

@@ -110,30 +110,31 @@ pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>
         (tile, pixels)
     });
     let tiles: Vec<_> = tiles.collect();
-    let try_with = |integrator: Integrator, split| {
+    let try_with = |integrator: &Integrator, split| {
         let of_tiles: Vec<Trial> = tiles
             .par_iter()
-            .map(|(tile, pixels)| try_splitting(scene, &integrator, (tile, pixels), split, stop))
+            .map(|(tile, pixels)| try_splitting(scene, integrator, (tile, pixels), split, stop))
             .collect();
         of_tiles.into_iter().fold(Trial::default(), Trial::and)
     };
 
-    let (mut one, mut light_candidates) = (try_with(integrator(), 1), integrator().light_candidates());
+    let plain = integrator();
+    let (mut one, mut light_candidates) = (try_with(&plain, 1), plain.light_candidates());
     if Plan::of(scene).tries_candidates {
-        let chosen = try_with(integrator().with_light_candidates(LightCandidates::TRIED), 1);
+        let chosen = try_with(&integrator().with_light_candidates(LightCandidates::TRIED), 1);
         if chosen.left_beside(&one) < 1.0 {
             (one, light_candidates) = (chosen, LightCandidates::TRIED);
         }
     }
     let splits_lights: &[bool] = match scene.settings.light_samples {
-        _ if !integrator().samples_lights() => &[false],
+        _ if !plain.samples_lights() => &[false],
         LightSamples::One => &[false],
         LightSamples::Split => &[true],
         LightSamples::Auto => &[false, true],
     };
     let many = [false, true].map(|splits| {
         let integrator = || integrator().with_light_candidates(light_candidates).splitting_lights(splits);
-        let wanted = splits_lights.contains(&splits).then(|| try_with(integrator(), PILOT_SPLIT));
+        let wanted = splits_lights.contains(&splits).then(|| try_with(&integrator(), PILOT_SPLIT));
         wanted.unwrap_or_default()
     });
     Best { split: Trials { one, many }.best_split(), light_candidates }

@@ -70,7 +70,6 @@ impl Plan {
         let splits_any = settings.glossy_samples.splits_any();
         let can_split = goes_on && (has_glossy || splits_any && has_diffuse && settings.diffuse_bounces);
         let splits_by_pilot = can_split && matches!(settings.glossy_samples, GlossySamples::Auto(_));
-        let candidates = has_glossy && settings.highlights && lights.samples;
         Self {
             triangles: count(scene, |s| matches!(s, Shape::Mesh(_))),
             spheres: count(scene, |s| matches!(s, Shape::Spheres(_))),
@@ -84,7 +83,8 @@ impl Plan {
             splits_any,
             splits_by_pilot,
             tries_candidates: splits_by_pilot
-                && candidates
+                && has_glossy
+                && settings.highlights
                 && lights.table
                 && matches!(settings.light_candidates, LightCandidates::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },

@@ -93,16 +93,16 @@ impl Knob {
         let plan = Plan::of(scene);
         let embree = cfg!(feature = "embree");
         match self {
-            Self::Split if !plan.has_glossy => Some("no surface is glossy"),
+            Self::Split | Self::LightCandidates if !plan.has_glossy => Some("no surface is glossy"),
             Self::Horizon if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if !has_cosine_power(scene) => Some("no surface has a cosine-power lobe"),
             Self::Occlusion if scene.lights.environment.is_none() => Some("there is no environment"),
             Self::Depth | Self::End | Self::SelfHit | Self::Clamp if !plan.bounces => {
                 Some("nothing reflects")
             }
-            Self::DirectLight | Self::LightSamples if !plan.samples_lights => Some("no light is sampled"),
-            Self::LightCandidates if !plan.samples_lights => Some("no light is sampled"),
-            Self::LightCandidates if !plan.has_glossy => Some("no surface is glossy"),
+            Self::DirectLight | Self::LightSamples | Self::LightCandidates if !plan.samples_lights => {
+                Some("no light is sampled")
+            }
             Self::LightSamples if !plan.bounces => Some("nothing reflects"),
             // What they would find is only known where they may look.
             Self::Guiding if !scene.settings.guiding => Some("the scene turns it off"),
