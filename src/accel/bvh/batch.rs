@@ -3,7 +3,7 @@
 //! Coherent closest hits go in packets where eight neighbours are close enough, and singly otherwise. Incoherent
 //! batches go in streams, each of one octant, that keep the rays' order within it.
 
-use super::data::Hierarchy;
+use super::data::{Child, Hierarchy};
 use super::mode::Mode;
 use super::occlusion::Occlusion;
 use super::packet::{self, PACKET, Packet};
@@ -57,10 +57,15 @@ pub(super) fn closest_hits<M: Mode>(
                 && rays.len() >= LEAST_SWEEP
                 && let Some(small) = &data.small =>
         {
-            isa.run(Sweeping { mode: PhantomData::<M>, data, small, rays, hits });
+            let beyond = isa.run(Sweeping { mode: PhantomData::<M>, data, small, rays, hits });
+            if let Some(rest) = &small.rest {
+                let known = Known::Beyond(&beyond);
+                isa.run(Streams { mode: PhantomData::<M>, data, start: rest.root, rays, known, hits });
+            }
         }
         Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
-            isa.run(Streams { mode: PhantomData::<M>, data, rays, hits });
+            let (start, known) = (data.root, Known::Nothing);
+            isa.run(Streams { mode: PhantomData::<M>, data, start, rays, known, hits });
         }
         _ => isa.run(Singles { mode: PhantomData::<M>, data, rays, hits }),
     }
@@ -75,13 +80,21 @@ pub(super) fn any_hits<M: Mode>(
     occluded: &mut [bool],
 ) {
     let in_groups = isa.wants_batches() && grouping != Grouping::Single;
+    // Few rays that want any hit have it on what is swept, so that it pays only where the hierarchy would have to be asked
+    // about walls all around.
     if let Some(small) = &data.small
         && in_groups
         && rays.len() >= LEAST_SWEEP
+        && small.rest.as_ref().is_none_or(|rest| rest.is_walled)
     {
-        isa.run(AnySweeping { mode: PhantomData::<M>, data, small, rays, occluded });
+        let beyond = isa.run(AnySweeping { mode: PhantomData::<M>, data, small, rays, occluded });
+        if let Some(rest) = &small.rest {
+            let known = Known::Beyond(&beyond);
+            isa.run(AnyStreams { mode: PhantomData::<M>, data, start: rest.root, rays, known, occluded });
+        }
     } else if in_groups && rays.len() >= LEAST_BATCH {
-        isa.run(AnyStreams { mode: PhantomData::<M>, data, rays, occluded });
+        let (start, known) = (data.root, Known::Nothing);
+        isa.run(AnyStreams { mode: PhantomData::<M>, data, start, rays, known, occluded });
     } else {
         isa.run(AnySingles { mode: PhantomData::<M>, data, rays, occluded });
     }
@@ -123,7 +136,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
     fn run<S: Simd>(self, simd: S) {
         let (data, hits) = (self.data, self.hits);
         let mut stack = Stack::new();
-        let mut streams = Streaming::<M>::new(data, self.rays);
+        let mut streams = Streaming::<M>::new(data, (self.rays, Known::Nothing));
         let mut rest = 0;
         for start in (0..self.rays.len()).step_by(STREAM) {
             let end = self.rays.len().min(start + STREAM);
@@ -139,7 +152,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
             }
             rest = usize::saturating_sub(rest, 1);
             if done < end {
-                streams.all(simd, done..end, hits);
+                streams.all(simd, data.root, done..end, hits);
             }
         }
     }
@@ -148,7 +161,10 @@ impl<M: Mode> Kernel for Packets<'_, M> {
 struct Streams<'a, M> {
     mode: PhantomData<M>,
     data: &'a Hierarchy,
+    /// From where down.
+    start: Child,
     rays: &'a [Ray],
+    known: Known<'a>,
     hits: &'a mut [Option<Hit>],
 }
 
@@ -157,7 +173,37 @@ impl<M: Mode> Kernel for Streams<'_, M> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        Streaming::<M>::new(self.data, self.rays).all(simd, 0..self.rays.len(), self.hits);
+        let Self { data, start, rays, known, hits, .. } = self;
+        Streaming::<M>::new(data, (rays, known)).all(simd, start, 0..rays.len(), hits);
+    }
+}
+
+/// What is known of rays before they are traversed.
+#[derive(Clone, Copy)]
+enum Known<'a> {
+    /// Nothing of any.
+    Nothing,
+    /// What they have hit in a sweep, where they may hit something else; the others are not asked.
+    Beyond(&'a [Option<Best>]),
+}
+
+impl Known<'_> {
+    /// Whether a ray is asked.
+    #[inline(always)]
+    fn asks(self, ray: usize) -> bool {
+        match self {
+            Self::Nothing => true,
+            Self::Beyond(beyond) => beyond[ray].is_some(),
+        }
+    }
+
+    /// What a ray has hit before, if anything is known.
+    #[inline(always)]
+    fn best(self, ray: usize) -> Option<Best> {
+        match self {
+            Self::Nothing => None,
+            Self::Beyond(beyond) => beyond[ray],
+        }
     }
 }
 
@@ -170,16 +216,17 @@ struct Sweeping<'a, M> {
 }
 
 impl<M: Mode> Kernel for Sweeping<'_, M> {
-    type Output = ();
+    type Output = Vec<Option<Best>>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(self, simd: S) -> Vec<Option<Best>> {
         let mut sweeps = Sweeps::<M>::new(self.data, self.small, self.rays);
         sweeps.closest(simd, self.hits);
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for i in sweeps.left {
             self.hits[i] = closest::<S, M>(simd, self.data, &self.rays[i], &mut stack, &mut weights);
         }
+        sweeps.beyond
     }
 }
 
@@ -192,16 +239,17 @@ struct AnySweeping<'a, M> {
 }
 
 impl<M: Mode> Kernel for AnySweeping<'_, M> {
-    type Output = ();
+    type Output = Vec<Option<Best>>;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(self, simd: S) -> Vec<Option<Best>> {
         let mut sweeps = Sweeps::<M>::new(self.data, self.small, self.rays);
         sweeps.any(simd, self.occluded);
         let (mut stack, mut weights) = (Stack::new(), Weights::NONE);
         for i in sweeps.left {
             self.occluded[i] = any::<S, M>(simd, self.data, &self.rays[i], &mut stack, &mut weights);
         }
+        sweeps.beyond
     }
 }
 
@@ -227,7 +275,10 @@ impl<M: Mode> Kernel for AnySingles<'_, M> {
 struct AnyStreams<'a, M> {
     mode: PhantomData<M>,
     data: &'a Hierarchy,
+    /// From where down.
+    start: Child,
     rays: &'a [Ray],
+    known: Known<'a>,
     occluded: &'a mut [bool],
 }
 
@@ -236,13 +287,14 @@ impl<M: Mode> Kernel for AnyStreams<'_, M> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let mut streams = Occlusion::<M>::new(self.data, self.rays);
-        let (mut waiting, mut range) = (Waiting::new(self.rays), 0..self.rays.len());
-        while let Some(octant) = waiting.next(&mut range) {
+        let Self { data, start, rays, known, occluded, .. } = self;
+        let (mut streams, mut waiting) = (Occlusion::<M>::new(data, rays), Waiting::new());
+        let mut range = 0..rays.len();
+        while let Some(octant) = waiting.next((rays, known), &mut range) {
             let group = waiting.groups[octant].take();
-            let hits = streams.find(simd, octant, group);
+            let hits = streams.find(simd, start, octant, group);
             for (lane, &i) in group.iter().enumerate() {
-                self.occluded[i as usize] = hits >> lane & 1 == 1;
+                occluded[i as usize] = hits >> lane & 1 == 1;
             }
         }
     }
@@ -278,8 +330,7 @@ fn any<S: Simd, M: Mode>(
 }
 
 /// Rays that wait for enough others of their octant to go with: those that go alike stay in their order.
-struct Waiting<'a> {
-    rays: &'a [Ray],
+struct Waiting {
     groups: [Group; 8],
 }
 
@@ -300,17 +351,20 @@ impl Group {
     }
 }
 
-impl<'a> Waiting<'a> {
-    fn new(rays: &'a [Ray]) -> Self {
-        Self { rays, groups: [Group::EMPTY; 8] }
+impl Waiting {
+    fn new() -> Self {
+        Self { groups: [Group::EMPTY; 8] }
     }
 
     /// The octant of the next rays to go. Takes rays from the front of `from`; once that is empty, octants that are left
     /// over.
     #[inline(always)]
-    fn next(&mut self, from: &mut Range<usize>) -> Option<usize> {
+    fn next(&mut self, (rays, known): (&[Ray], Known), from: &mut Range<usize>) -> Option<usize> {
         for i in from.by_ref() {
-            let octant = octant(&self.rays[i]);
+            if !known.asks(i) {
+                continue;
+            }
+            let octant = octant(&rays[i]);
             let group = &mut self.groups[octant];
             group.indices[group.count % STREAM] = i as u32;
             group.count += 1;
@@ -325,29 +379,34 @@ impl<'a> Waiting<'a> {
 /// Closest hits in streams.
 struct Streaming<'a, M: Mode> {
     data: &'a Hierarchy,
-    waiting: Waiting<'a>,
+    rays: &'a [Ray],
+    known: Known<'a>,
+    waiting: Waiting,
     stream: Stream<M>,
 }
 
 impl<'a, M: Mode> Streaming<'a, M> {
-    fn new(data: &'a Hierarchy, rays: &'a [Ray]) -> Self {
-        Self { data, waiting: Waiting::new(rays), stream: Stream::new() }
+    fn new(data: &'a Hierarchy, (rays, known): (&'a [Ray], Known<'a>)) -> Self {
+        Self { data, rays, known, waiting: Waiting::new(), stream: Stream::new() }
     }
 
-    /// Answers all rays of a range.
+    /// Answers all rays of a range that are asked by what is from `start` down.
     #[inline(always)]
-    fn all<S: Simd>(&mut self, simd: S, mut range: Range<usize>, hits: &mut [Option<Hit>]) {
-        let Self { data, waiting, stream } = self;
-        let rays = waiting.rays;
-        while let Some(octant) = waiting.next(&mut range) {
+    fn all<S: Simd>(&mut self, simd: S, start: Child, mut range: Range<usize>, hits: &mut [Option<Hit>]) {
+        let Self { data, rays, known, waiting, stream } = self;
+        while let Some(octant) = waiting.next((rays, *known), &mut range) {
             let group = waiting.groups[octant].take();
             stream.start(octant);
             for &i in group {
-                stream.push(Prepared::new(&rays[i as usize]));
+                let ray = Prepared::new(&rays[i as usize]);
+                stream.push(ray, known.best(i as usize).unwrap_or(Best::none(ray.t_max)));
             }
-            stream.traverse(simd, data);
+            stream.traverse(simd, data, start);
             for (lane, &i) in group.iter().enumerate() {
-                hits[i as usize] = stream.best[lane].hit(data, &stream.rays[lane], &stream.weights[lane]);
+                let (i, best) = (i as usize, &stream.best[lane]);
+                if known.best(i).is_none_or(|before| before.place != best.place) {
+                    hits[i] = best.hit(data, &stream.rays[lane], &stream.weights[lane]);
+                }
             }
         }
     }

@@ -43,33 +43,42 @@ pub(super) struct Build<'s> {
     scene_area: f32,
 }
 
-/// The hierarchy over all primitives with a box.
-pub(super) fn build(primitives: Primitives<'_>, quality: Quality) -> Hierarchy {
+/// The hierarchy over all primitives with a box; those of the shapes `apart` are a part of their own, and so are the others.
+pub(super) fn build(primitives: Primitives<'_>, quality: Quality, apart: &[bool]) -> Hierarchy {
     let shapes = primitives.shapes;
     let isa = Available::best();
-    let mut refs = references(shapes);
-    let (bounds, centers) = extent_parallel(isa, &refs);
-    let count = refs.len();
+    let mut parts: Vec<_> = [true, false]
+        .into_iter()
+        .map(|is_apart| references(shapes, |geom_id| apart[geom_id] == is_apart))
+        .filter(|refs| !refs.is_empty())
+        .map(|refs| (extent_parallel(isa, &refs), refs))
+        .collect();
+    let mut bounds = Bounds::EMPTY;
+    parts.iter().for_each(|((part, _), _)| bounds.join(part));
     let has = |spheres| shapes.iter().any(|s| matches!(s, Shape::Spheres(_)) == spheres);
     let mixed = has(true) && has(false);
     let build = Build { primitives, quality, isa, mixed, scene_area: bounds.half_area() };
-    let tree = if quality == Quality::Fast {
-        morton::tree(&build, &refs, &centers)
-    } else {
-        let spare = if quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
-        refs.resize(count + spare, Ref::NONE);
-        build.tree(Work::new(&mut refs, count, bounds, centers), 0)
-    };
-    drop(refs);
     let extent = (bounds.hi() - bounds.lo()).truncate().max_element();
-    tree.assemble(if extent.is_finite() { extent } else { f32::MAX })
+    let extent = if extent.is_finite() { extent } else { f32::MAX };
+    match parts.len() {
+        0 => Tree::Piece(Piece::default(), Child::EMPTY).assemble(extent),
+        1 => build.part(parts.remove(0), 0).assemble(extent),
+        _ => {
+            let boxes = parts.iter().map(|((part, _), _)| *part).collect();
+            let trees = parts.into_iter().map(|part| build.part(part, 1)).collect();
+            let mut hierarchy = Tree::Inner(boxes, trees).assemble(extent);
+            hierarchy.rest = Some(hierarchy.nodes[hierarchy.root.index()].children[1]);
+            hierarchy
+        }
+    }
 }
 
-/// One reference per primitive, but for those whose box is not a number and for triangles without area, which no ray
-/// hits.
-pub(super) fn references(shapes: &[Shape]) -> Vec<Ref> {
-    let mut refs = huge::vec_with_capacity(shapes.iter().map(Shape::primitive_count).sum());
-    for (geom_id, shape) in (0u32..).zip(shapes) {
+/// One reference per primitive of the shapes that `wanted` tells by their numbers, but for those whose box is not a number and
+/// for triangles without area, which no ray hits.
+pub(super) fn references(shapes: &[Shape], wanted: impl Fn(usize) -> bool) -> Vec<Ref> {
+    let those = || (0u32..).zip(shapes).filter(|(geom_id, _)| wanted(*geom_id as usize));
+    let mut refs = huge::vec_with_capacity(those().map(|(_, shape)| shape.primitive_count()).sum());
+    for (geom_id, shape) in those() {
         let prim_ids = (0..shape.primitive_count()).into_par_iter().with_min_len(CHUNK);
         match shape {
             Shape::Mesh(mesh) => refs.par_extend(prim_ids.map(|prim_id| {
@@ -162,6 +171,17 @@ impl<'a> Work<'a> {
 }
 
 impl Build<'_> {
+    /// The tree over references that lie in these boxes.
+    fn part(&self, ((bounds, centers), mut refs): ((Bounds, Bounds), Vec<Ref>), level: usize) -> Tree {
+        if self.quality == Quality::Fast {
+            return morton::tree(self, &refs, &centers);
+        }
+        let count = refs.len();
+        let spare = if self.quality == Quality::High { (count as f32 * SPATIAL_GROWTH) as usize } else { 0 };
+        refs.resize(count + spare, Ref::NONE);
+        self.tree(Work::new(&mut refs, count, bounds, centers), level)
+    }
+
     /// The tree below a node: large nodes here, in parallel, and small ones as one piece each.
     fn tree(&self, work: Work<'_>, level: usize) -> Tree {
         if work.count <= PARALLEL || rayon::current_num_threads() == 1 {
@@ -378,14 +398,20 @@ mod tests {
 
     #[test]
     fn one_thread_and_three_build_the_same_bits() {
-        let shapes = [soup()];
-        for quality in [Quality::Fast, Quality::Medium, Quality::High] {
+        let shapes = [soup(), soup()];
+        for (quality, apart) in [
+            (Quality::Fast, [false; 2]),
+            (Quality::Medium, [false; 2]),
+            (Quality::High, [false; 2]),
+            (Quality::Medium, [false, true]),
+        ] {
             let build_by = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-                pool.install(|| build(Primitives { shapes: &shapes, kept: Fast::kept }, quality))
+                pool.install(|| build(Primitives { shapes: &shapes, kept: Fast::kept }, quality, &apart))
             };
             let (one, three) = (build_by(1), build_by(3));
-            assert_eq!(one.root, three.root);
+            assert_eq!((one.root, one.rest), (three.root, three.rest));
+            assert_eq!(one.rest.is_some(), apart[1]);
             assert_eq!((one.nodes.len(), one.triangles.len()), (three.nodes.len(), three.triangles.len()));
             for (a, b) in one.nodes.iter().zip(&three.nodes) {
                 assert_eq!((a.planes, a.children, a.order), (b.planes, b.children, b.order));

@@ -218,7 +218,9 @@ pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
     pub(super) triangles: Vec<TriangleBlock>,
     pub(super) spheres: Vec<SphereBlock>,
-    /// The same for sweeps, if it is small.
+    /// The part that holds what is [not swept](super::small::swept), if it is a part of its own: the second child of the root.
+    pub(super) rest: Option<Child>,
+    /// What is swept, laid out for that.
     pub(super) small: Option<Small>,
 }
 

@@ -163,7 +163,7 @@ impl Tree {
             nodes.shrink_to_fit();
             triangles.shrink_to_fit();
             spheres.shrink_to_fit();
-            return Hierarchy { root, extent, nodes, triangles, spheres, small: None };
+            return Hierarchy { root, extent, nodes, triangles, spheres, rest: None, small: None };
         }
         let [nodes, triangles, spheres] = self.sizes();
         let mut all = Piece {
@@ -173,7 +173,7 @@ impl Tree {
         };
         let root = self.append_to(&mut all);
         let Piece { nodes, triangles, spheres } = all;
-        Hierarchy { root, extent, nodes, triangles, spheres, small: None }
+        Hierarchy { root, extent, nodes, triangles, spheres, rest: None, small: None }
     }
 
     fn sizes(&self) -> [usize; 3] {

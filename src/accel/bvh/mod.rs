@@ -84,9 +84,9 @@ impl Bvh {
             return Err(too_many(count, "primitives", limit));
         }
         let kept = if options.robust { Watertight::kept } else { Fast::kept };
-        let mut data =
-            in_pool(options.threads, || builder::build(Primitives { shapes, kept }, options.quality));
-        data.small = small::Small::new(&data, Primitives { shapes, kept });
+        let (primitives, swept) = (Primitives { shapes, kept }, small::swept(shapes));
+        let mut data = in_pool(options.threads, || builder::build(primitives, options.quality, &swept));
+        data.small = small::Small::new(&data, primitives, &swept);
         let blocks = data.triangles.len().max(data.spheres.len());
         if blocks > Child::MAX_FIRST {
             return Err(too_many(blocks, "leaf blocks", Child::MAX_FIRST));

@@ -86,14 +86,15 @@ impl<'a, M: Mode> Occlusion<'a, M> {
         }
     }
 
-    /// Which of the rays with these indices, all of one octant and at most [`STREAM`], hit something: one bit each.
+    /// Which of the rays with these indices, all of one octant and at most [`STREAM`], hit something from `start` down: one bit
+    /// each.
     #[inline(always)]
-    pub(super) fn find<S: Simd>(&mut self, simd: S, octant: usize, group: &[u32]) -> u32 {
+    pub(super) fn find<S: Simd>(&mut self, simd: S, start: Child, octant: usize, group: &[u32]) -> u32 {
         self.prepare(simd, group);
         let all = ((1u64 << group.len()) - 1) as u32;
         let (mut active, mut top) = (all, 0);
         let mut upcoming = Upcoming::new();
-        upcoming.push(self.data.root, all);
+        upcoming.push(start, all);
         loop {
             top = self.look_ahead(&mut upcoming, active, top);
             let Some((current, rays)) = upcoming.take() else { return all & !active };

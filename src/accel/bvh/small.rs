@@ -1,10 +1,13 @@
-//! A hierarchy of few primitives once more, laid out for [sweeps](super::sweep): boxes in the order in which rays of an
-//! octant meet them, each with where to go on for rays that do not enter it. So there is no stack and nothing to sort.
+//! Few primitives once more, laid out for [sweeps](super::sweep): boxes in the order in which rays of an octant meet them, each
+//! with where to go on for rays that do not enter it. So there is no stack and nothing to sort.
+//!
+//! They are all that a scene has, or what stands around its large meshes: walls, floors, lamps. What is not swept is a part
+//! of the hierarchy for itself, which the rays that enter its box traverse after the sweep.
 
 use super::boxes::Ref;
 use super::builder::references;
 use super::course::{Leaves, Tree};
-use super::data::{BLOCK, Hierarchy, NO_ID, Place};
+use super::data::{BLOCK, Child, Hierarchy, NO_ID, Node, Place};
 use super::emit::Primitives;
 use super::mode::Triangle;
 use crate::core::Skip;
@@ -13,6 +16,12 @@ use glam::Vec3;
 
 /// Most primitives for which a sweep is faster than a traversal.
 const MOST: usize = 2048;
+
+/// Most primitives that are swept beside others which are not.
+const MOST_BESIDE: usize = 256;
+
+/// Least area of walls, as a part of the area of the box around the scene.
+const WALLS: f32 = 0.5;
 
 /// The hierarchy for sweeps.
 #[derive(Clone, Debug)]
@@ -23,8 +32,22 @@ pub(super) struct Small {
     pub(super) balls: Vec<Ball>,
     /// Geometry and primitive by number: the numbers are in the order of the ids.
     pub(super) ids: Vec<(u32, u32)>,
+    /// Where each triangle is in the hierarchy, by number.
+    pub(super) places: Vec<Place>,
     /// The number of the first primitive of each geometry, and behind them how many numbers there are.
     firsts: Vec<u32>,
+    /// What is not swept, if there is anything.
+    pub(super) rest: Option<Rest>,
+}
+
+/// The part of a hierarchy that is not swept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    pub(super) root: Child,
+    /// Its box.
+    pub(super) step: Step,
+    /// Whether what is swept stands around it as the walls of a room do, so that most rays end there.
+    pub(super) is_walled: bool,
 }
 
 /// A box, and what is in it if it is that of a leaf.
@@ -84,41 +107,67 @@ pub(super) struct Ball {
     pub(super) number: f32,
 }
 
-impl Small {
-    /// The hierarchy laid out anew, if it is small enough and of triangles for the most part: the boxes of spheres are met
-    /// by few rays of eight.
-    pub(super) fn new(data: &Hierarchy, primitives: Primitives<'_>) -> Option<Self> {
-        let shapes = primitives.shapes;
-        let is_spheres = |shape: &&Shape| matches!(shape, Shape::Spheres(_));
-        let count: usize = shapes.iter().map(Shape::primitive_count).sum();
-        let spheres: usize = shapes.iter().filter(is_spheres).map(Shape::primitive_count).sum();
-        if count > MOST || 2 * spheres > count {
-            return None;
+/// Which shapes are swept: all, if they are few primitives and triangles for the most part, since the boxes of spheres are met by
+/// few rays of eight; otherwise the smallest meshes, as many as are few together.
+pub(super) fn swept(shapes: &[Shape]) -> Vec<bool> {
+    let is_mesh = |shape: &Shape| matches!(shape, Shape::Mesh(_));
+    let count: usize = shapes.iter().map(Shape::primitive_count).sum();
+    let meshes = || (0..shapes.len()).filter(|&i| is_mesh(&shapes[i]));
+    let triangles: usize = meshes().map(|i| shapes[i].primitive_count()).sum();
+    if count <= MOST && 2 * triangles >= count {
+        return vec![true; shapes.len()];
+    }
+    let mut smallest: Vec<usize> = meshes().collect();
+    smallest.sort_by_key(|&i| shapes[i].primitive_count());
+    let (mut swept, mut sum) = (vec![false; shapes.len()], 0);
+    for i in smallest {
+        sum += shapes[i].primitive_count();
+        if sum > MOST_BESIDE {
+            break;
         }
-        let mut ids = Vec::with_capacity(count);
-        let mut firsts = Vec::with_capacity(shapes.len() + 1);
-        for (geom_id, shape) in (0..).zip(shapes) {
+        swept[i] = true;
+    }
+    swept
+}
+
+impl Small {
+    /// What is `swept` of a hierarchy, laid out anew, if it is anything.
+    pub(super) fn new(data: &Hierarchy, primitives: Primitives<'_>, swept: &[bool]) -> Option<Self> {
+        let shapes = primitives.shapes;
+        let (mut ids, mut firsts) = (vec![], Vec::with_capacity(shapes.len() + 1));
+        for ((geom_id, shape), &swept) in (0..).zip(shapes).zip(swept) {
             firsts.push(ids.len() as u32);
-            ids.extend((0..shape.primitive_count() as u32).map(|prim_id| (geom_id, prim_id)));
+            let count = if swept { shape.primitive_count() } else { 0 };
+            ids.extend((0..count as u32).map(|prim_id| (geom_id, prim_id)));
         }
         firsts.push(ids.len() as u32);
-        let mut small = Self { courses: Default::default(), facets: vec![], balls: vec![], ids, firsts };
-        let places = small.places(data);
-        let tree = Tree::new(references(shapes), &mut Growing { small: &mut small, primitives, places })?;
+        let rest = data.rest.map(|root| {
+            let Node { planes, .. } = data.nodes[data.root.index()];
+            let [x, y, z] = planes.map(|[lo, hi]| hi[0].max(hi[1]) - lo[0].min(lo[1]));
+            let is_walled = area(shapes, swept) >= WALLS * 2.0 * (x * y + y * z + z * x);
+            let planes = planes.map(|[lo, hi]| [lo[1], hi[1]]);
+            Rest { root, step: Step { planes, next: 0, leaf: Leaf::NONE }, is_walled }
+        });
+        let (places, courses) = (vec![Place::NONE; ids.len()], Default::default());
+        let mut small = Self { courses, facets: vec![], balls: vec![], ids, places, firsts, rest };
+        small.find_places(data, swept);
+        let refs = references(shapes, |geom_id| swept[geom_id]);
+        let tree = Tree::new(refs, &mut Growing { small: &mut small, primitives })?;
         small.courses = core::array::from_fn(|octant| tree.course(octant));
         Some(small)
     }
 
-    /// Where each triangle is, by number.
-    fn places(&self, data: &Hierarchy) -> Vec<Place> {
-        let mut places = vec![Place::NONE; self.ids.len()];
-        for (index, block) in data.triangles.iter().enumerate() {
-            for lane in (0..BLOCK).filter(|&lane| block.geom_ids[lane] != NO_ID) {
+    /// Finds where each triangle is.
+    fn find_places(&mut self, data: &Hierarchy, swept: &[bool]) {
+        let is_swept = |geom_id: u32| geom_id != NO_ID && swept[geom_id as usize];
+        // What is swept comes first, if there is anything else.
+        let blocks = data.triangles.iter().take_while(|block| is_swept(block.geom_ids[0]));
+        for (index, block) in blocks.enumerate() {
+            for lane in (0..BLOCK).filter(|&lane| is_swept(block.geom_ids[lane])) {
                 let number = self.number(block.geom_ids[lane], block.prim_ids[lane]);
-                places[number as usize] = Place::triangle(index, lane);
+                self.places[number as usize] = Place::triangle(index, lane);
             }
         }
-        places
     }
 
     fn number(&self, geom_id: u32, prim_id: u32) -> f32 {
@@ -156,6 +205,7 @@ impl Small {
             + self.facets.capacity() * size_of::<Facet>()
             + self.balls.capacity() * size_of::<Ball>()
             + self.ids.capacity() * size_of::<(u32, u32)>()
+            + self.places.capacity() * size_of::<Place>()
             + self.firsts.capacity() * size_of::<u32>()
     }
 }
@@ -164,8 +214,6 @@ impl Small {
 struct Growing<'a> {
     small: &'a mut Small,
     primitives: Primitives<'a>,
-    /// Of each triangle, by number.
-    places: Vec<Place>,
 }
 
 impl Leaves for Growing<'_> {
@@ -183,7 +231,7 @@ impl Leaves for Growing<'_> {
                 Shape::Mesh(mesh) => {
                     let corners = mesh.triangle(r.prim_id());
                     let vectors = (self.primitives.kept)(corners).map(|vector| vector.to_array());
-                    let place = self.places[number as usize];
+                    let place = self.small.places[number as usize];
                     self.small.facets.push(Facet { vectors, flat: flat_axis(corners), number, place });
                 }
                 Shape::Spheres(spheres) => {
@@ -193,6 +241,16 @@ impl Leaves for Growing<'_> {
         }
         Leaf { first: first as u32, end: (first + refs.len()) as u32, is_spheres }
     }
+}
+
+/// The area of the meshes that are swept.
+fn area(shapes: &[Shape], swept: &[bool]) -> f32 {
+    let meshes = shapes.iter().zip(swept).filter_map(|(shape, &swept)| match shape {
+        Shape::Mesh(mesh) if swept => Some(mesh),
+        _ => None,
+    });
+    let corners = meshes.flat_map(|mesh| (0..mesh.triangle_count() as u32).map(|i| mesh.triangle(i)));
+    corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
 }
 
 /// See [`Facet::flat`].

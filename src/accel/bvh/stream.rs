@@ -85,19 +85,19 @@ impl<M: Mode> Stream<M> {
         (self.count, self.octant) = (0, octant);
     }
 
-    /// One more ray.
+    /// One more ray, and the best that is known to be on it.
     #[inline(always)]
-    pub(super) fn push(&mut self, ray: Prepared<M>) {
+    pub(super) fn push(&mut self, ray: Prepared<M>, best: Best) {
         let i = self.count % STREAM;
-        self.best[i] = Best::none(ray.t_max);
+        self.best[i] = best;
         self.rays[i] = ray;
         self.count = i + 1;
     }
 
-    /// Closest hits of all rays.
+    /// Closest hits of all rays from `start` down.
     #[inline(always)]
-    pub(super) fn traverse<S: Simd>(&mut self, simd: S, data: &Hierarchy) {
-        let (mut current, mut rays, mut top) = (data.root, ((1u64 << self.count) - 1) as u32, 0);
+    pub(super) fn traverse<S: Simd>(&mut self, simd: S, data: &Hierarchy, start: Child) {
+        let (mut current, mut rays, mut top) = (start, ((1u64 << self.count) - 1) as u32, 0);
         if rays == 0 {
             return;
         }

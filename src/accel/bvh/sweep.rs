@@ -4,7 +4,7 @@
 //! Single rays in a room of few triangles spend their time on branches that no processor can foresee. Here eight share
 //! each branch, and most of what differs between them is a mask.
 
-use super::data::Hierarchy;
+use super::data::{Hierarchy, Place};
 use super::mode::Mode;
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::rows::{EIGHT, Eight, Ready};
@@ -25,11 +25,14 @@ pub(super) struct Sweeps<'a, M> {
     rays: &'a [Ray],
     /// Indices of those that are not usual, and so left out.
     pub(super) left: Vec<usize>,
+    /// What each ray has hit of what is swept, if it may hit something else; nothing yet where it wants any hit.
+    pub(super) beyond: Vec<Option<Best>>,
 }
 
 impl<'a, M: Mode> Sweeps<'a, M> {
     pub(super) fn new(data: &'a Hierarchy, small: &'a Small, rays: &'a [Ray]) -> Self {
-        Self { mode: PhantomData, data, small, rays, left: vec![] }
+        let beyond = if small.rest.is_some() { vec![None; rays.len()] } else { vec![] };
+        Self { mode: PhantomData, data, small, rays, left: vec![], beyond }
     }
 
     /// Closest hits of all rays that are not left out.
@@ -37,15 +40,21 @@ impl<'a, M: Mode> Sweeps<'a, M> {
     pub(super) fn closest<S: Simd>(&mut self, simd: S, hits: &mut [Option<Hit>]) {
         let mut groups = Groups::new(self.rays);
         while let Some(group) = groups.next() {
-            let found = self.sweep::<S, false>(simd, &group);
+            let (found, beyond) = self.sweep::<S, false>(simd, &group);
             let (u, v) = (found.v / found.det, found.w / found.det);
             let (t, u, v, numbers) =
                 (found.t.to_array(), u.to_array(), v.to_array(), found.number.to_array());
+            let Small { ids, places, .. } = self.small;
             for (lane, &i) in group.indices.iter().enumerate().take(group.count) {
-                hits[i] = (numbers[lane] < f32::INFINITY).then(|| {
-                    let (geom_id, prim_id) = self.small.ids[numbers[lane] as usize];
+                let number = (numbers[lane] < f32::INFINITY).then_some(numbers[lane] as usize);
+                hits[i] = number.map(|number| {
+                    let (geom_id, prim_id) = ids[number];
                     Hit { t: t[lane], u: u[lane], v: v[lane], geom_id, prim_id }
                 });
+                if beyond >> lane & 1 == 1 {
+                    let place = number.map_or(Place::NONE, |number| places[number]);
+                    self.beyond[i] = Some(Best { t: t[lane], place });
+                }
             }
         }
     }
@@ -55,16 +64,20 @@ impl<'a, M: Mode> Sweeps<'a, M> {
     pub(super) fn any<S: Simd>(&mut self, simd: S, occluded: &mut [bool]) {
         let mut groups = Groups::new(self.rays);
         while let Some(group) = groups.next() {
-            let hits = self.sweep::<S, true>(simd, &group).t.le(simd.splat8(f32::NEG_INFINITY)).bits();
+            let (found, beyond) = self.sweep::<S, true>(simd, &group);
+            let hits = found.t.le(simd.splat8(f32::NEG_INFINITY)).bits();
             for (lane, &i) in group.indices.iter().enumerate().take(group.count) {
                 occluded[i] = hits >> lane & 1 == 1;
+                if beyond >> lane & 1 == 1 {
+                    self.beyond[i] = Some(Best::none(0.0));
+                }
             }
         }
     }
 
-    /// What a group's rays find.
+    /// What a group's rays find, and which of them may find something else beyond what is swept.
     #[inline(always)]
-    fn sweep<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group) -> Found<S::F8> {
+    fn sweep<S: Simd, const ANY: bool>(&mut self, simd: S, group: &Group) -> (Found<S::F8>, u32) {
         let (mut rays, mut skipped) = ([&self.rays[0]; EIGHT], [[0.0; EIGHT]; 2]);
         for (lane, &i) in group.indices.iter().enumerate() {
             let ray = &self.rays[i];
@@ -95,7 +108,11 @@ impl<'a, M: Mode> Sweeps<'a, M> {
             found: Found { t: t_max, limit, v: zero, w: zero, det: zero, number },
         };
         sweep.go(group.octant);
-        sweep.found
+        let beyond = match &self.small.rest {
+            Some(rest) => usual & sweep.slabs.enter(simd, &rest.step, sweep.found.limit),
+            None => 0,
+        };
+        (sweep.found, beyond)
     }
 }
 
@@ -326,13 +343,42 @@ mod tests {
         hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.geom_id, h.prim_id])
     }
 
+    /// A room with few walls, many balls, and a mesh of many triangles, of which some lie in walls.
+    fn crowded_room() -> Vec<Shape> {
+        let mut shapes = room();
+        shapes.truncate(12);
+        let mut corners: Vec<Vec3> = (0..2400)
+            .flat_map(|i| {
+                let corner = 0.8 * vector(30 * i + 2);
+                [corner, corner + 0.1 * vector(30 * i + 11), corner + 0.1 * vector(30 * i + 21)]
+            })
+            .collect();
+        for shape in &shapes {
+            let Shape::Mesh(mesh) = shape else { continue };
+            corners.extend((0..3).flat_map(|i| mesh.triangle(i)));
+        }
+        let indices = (0..corners.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh::new(corners, indices, vec![], vec![]);
+        shapes.insert(5, Shape::Mesh(Arc::new(mesh.expect("it is a mesh"))));
+        let ball = |i: u32| Sphere { center: 1.4 * vector(90 * i + 1), radius: 0.05 * number(90 * i) + 0.01 };
+        shapes.push(Shape::Spheres((0..300).map(ball).collect()));
+        shapes
+    }
+
     #[test]
     fn eight_rays_find_what_each_finds_alone() {
-        let (shapes, rays) = (room(), rays());
+        for shapes in [room(), crowded_room()] {
+            find_what_each_finds_alone(&shapes);
+        }
+    }
+
+    fn find_what_each_finds_alone(shapes: &[Shape]) {
+        let rays = rays();
         for (robust, isa) in [(true, Isa::Avx2), (true, Isa::Sse2), (false, Isa::Avx2), (false, Isa::Sse2)] {
             let options = BuildOptions { robust, ..BuildOptions::default() };
-            let bvh = Bvh::new(&shapes, &options).expect("they are few");
-            assert!(bvh.data.small.is_some());
+            let bvh = Bvh::new(shapes, &options).expect("they are few");
+            let small = bvh.data.small.as_ref().expect("some are swept");
+            assert!(small.rest.is_none_or(|rest| rest.is_walled));
             let Some(bvh) = bvh.with_raw_hits().with_isa(isa) else { continue };
             let (mut alone, mut together) = (vec![None; rays.len()], vec![None; rays.len()]);
             let (mut any_alone, mut any) = (vec![false; rays.len()], vec![false; rays.len()]);
