@@ -76,22 +76,58 @@ fn candidates_leave_the_picture_and_take_noise_from_metals_in_a_studio() {
     }
 }
 
+/// A floor of brushed metal under small lamps at many heights, of which it shows each in a few pixels.
+fn lamps() -> String {
+    let lamp = |i: u32| {
+        let at = |k: u32| (f64::from(i * 3 + k) * 0.618_033_988_749_895).fract();
+        let [x, y, z] = [8.0 * at(0) - 4.0, 1.5 + 1.5 * at(1), 7.0 * at(2) - 5.0];
+        format!(
+            r#"
+            [[lights]]
+            type = "rect"
+            corner = [{x}, {y}, {z}]
+            u = [0.12, 0, 0]
+            v = [0, 0, 0.12]
+            radiance = [30, 25, 20]
+            "#
+        )
+    };
+    let floor = r#"
+        camera = { eye = [0, 1.6, 3.6], look_at = [0, 0.3, -0.5], resolution = [40, 30], fov_deg = 45 }
+        materials.metal = { type = "conductor", metal = "aluminium", alpha = 0.1 }
+        [settings]
+        spp = 16
+        adaptive = false
+        max_depth = 2
+        at_max_depth = "black"
+        [[shapes]]
+        type = "plane"
+        point = [0, 0, 0]
+        normal = [0, 1, 0]
+        material = "metal"
+    "#;
+    (0..100).map(lamp).fold(floor.to_owned(), |text, lamp| text + &lamp)
+}
+
 #[test]
 fn a_pilot_takes_candidates_where_they_are_worth_it() {
     let even = r#"type = "constant", radiance = [1, 1, 1]"#;
     let dull = r#"type = "diffuse", cd = [0.5, 0.5, 0.5]"#;
-    for (environment, material, expected) in
-        [(STUDIO, METAL, 4), (even, METAL, 1), (STUDIO, dull, 1), (STUDIO, r#"type = "mirror""#, 1)]
-    {
-        let text = ball(environment, material);
+    for (text, expected) in [
+        (ball(STUDIO, METAL), 4),
+        (ball(even, METAL), 1),
+        (ball(STUDIO, dull), 1),
+        (ball(STUDIO, r#"type = "mirror""#), 1),
+        (lamps(), 4),
+    ] {
         let size = ("camera.resolution", "[160, 120]");
         let auto = rendered(&text, &[size], 1);
-        assert_eq!(auto.light_candidates, expected, "{environment}, {material}");
+        assert_eq!(auto.light_candidates, expected, "{text}");
         // As if it had been asked for: nothing of the pilot is in the picture.
         let count = expected.to_string();
         let asked = rendered(&text, &[size, ("settings.light_candidates", &count)], 1);
         assert_eq!(auto.split, asked.split);
-        assert!(auto.film == asked.film, "{environment}, {material}");
+        assert!(auto.film == asked.film, "{text}");
     }
     let fixed = rendered(&ball(STUDIO, METAL), &[("settings.glossy_samples", "1")], 1);
     assert_eq!(fixed.light_candidates, 1, "no pilot, no candidates");

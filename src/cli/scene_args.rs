@@ -65,7 +65,7 @@ pub(super) struct SceneArgs {
     light_samples: Option<LightSamples>,
 
     /// Choose each sample of lights at a glossy hit among N candidates by what the hit would reflect of them, which takes no
-    /// rays: unbiased; auto lets a pilot choose between 1 and 4 under images and studios
+    /// rays: unbiased; auto lets a pilot choose between 1 and 4
     #[arg(long, value_name = "N", value_parser = parse::light_candidates, help_heading = SETTINGS)]
     light_candidates: Option<LightCandidates>,
 

@@ -300,13 +300,20 @@ impl Trial {
         Self { pixels: self.pixels, cost: self.cost + next.cost, samples: self.samples + next.samples }
     }
 
-    /// Variance times cost by that of other samples of the same pixels.
+    /// Variance times cost by that of other samples of the same pixels: in the geometric mean of errors by the brightness of each
+    /// pixel, which dark ones make, and of errors as they are, which bright ones make.
     fn left_beside(&self, other: &Self) -> f64 {
         let level = 0.5 * (self.mean_luminance() + other.mean_luminance());
-        let [noise, of_other] = [self, other].map(|trial| trial.noise(level).iter().sum::<f64>());
+        let left = |noise: fn(&Self, f64) -> f64| {
+            let [noise, of_other] = [self, other].map(|trial| noise(trial, level));
+            // Nobody knows of a picture without noise.
+            if of_other > 0.0 { (noise / of_other).powf(1.0 / POWER) } else { 1.0 }
+        };
+        let by_brightness = left(|trial, level| trial.noise(level).iter().sum());
+        let as_it_is =
+            left(|trial, _| trial.pixels.iter().map(|[_, variance]| f64::from(*variance).powf(POWER)).sum());
         let cost = self.mean_cost() / other.mean_cost();
-        // Nobody knows of a picture without noise.
-        if of_other > 0.0 { (noise / of_other).powf(1.0 / POWER) * cost } else { 1.0 }
+        if other.pixels.is_empty() { 1.0 } else { (by_brightness * as_it_is).sqrt() * cost }
     }
 
     /// A [power](POWER) of the variance by the square of the mean, in sums over a few pixels each; a mean below a tenth of the
@@ -385,8 +392,21 @@ mod tests {
     fn candidates_are_told_by_variance_times_cost() {
         let trial = |variance, cost| Trial { pixels: vec![[1.0, variance]; 100], cost, samples: 4.0 };
         assert!((trial(0.5, 12.0).left_beside(&trial(1.0, 8.0)) - 0.75).abs() < 1e-6);
-        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.0);
+        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.5);
         assert_eq!(Trial::default().left_beside(&Trial::default()), 1.0);
+    }
+
+    #[test]
+    fn what_a_few_bright_pixels_gain_counts_as_what_many_dark_ones_gain() {
+        let trial = |dark: f32, bright: f32, cost| {
+            let pixels = [vec![[0.1, dark]; 90], vec![[5.0, bright]; 10]].concat();
+            Trial { pixels, cost, samples: 4.0 }
+        };
+        let plain = trial(1e-3, 4.0, 4.0);
+        // A tenth of the bright pixels' variance, and hardly anything by the brightness of all; then the other way round.
+        let bright = trial(1e-3, 0.4, 6.0).left_beside(&plain);
+        let dark = trial(1e-4, 4.0, 6.0).left_beside(&plain);
+        assert!((0.4..0.9).contains(&bright) && (0.4..0.9).contains(&dark), "{bright} {dark}");
     }
 
     #[test]

@@ -85,7 +85,7 @@ impl Plan {
             tries_candidates: splits_by_pilot
                 && has_glossy
                 && settings.highlights
-                && lights.table
+                && lights.samples
                 && matches!(settings.light_candidates, LightCandidates::Auto(_)),
             glossy_rays_bound: if has_glossy { glossy_rays_bound(settings) } else { Some(0.0) },
             samples_lights: lights.samples,
@@ -144,7 +144,7 @@ impl Plan {
         say(
             self.tries_candidates,
             "a pilot finds out whether samples of lights at glossy hits are chosen among candidates",
-            "a trial of candidates for samples of lights (nothing glossy under an image or a studio, or their number is given)",
+            "a trial of candidates for samples of lights (no light is sampled at anything glossy, or their number is given)",
         );
         say(
             self.guides,

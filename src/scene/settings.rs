@@ -117,8 +117,7 @@ pub enum LightSamples {
 pub enum LightCandidates {
     /// So many; 1 for samples as they are drawn.
     Fixed(u32),
-    /// One or [four](Self::TRIED), as a pilot finds to be better, where the environment is an image or a studio and a pilot finds
-    /// out into how many rays hits split; else one.
+    /// One or [four](Self::TRIED), as a pilot finds to be better, where one finds out into how many rays hits split; else one.
     Auto(Auto),
 }
 
