@@ -8,6 +8,14 @@ use gloss::render::Outcome;
 use gloss::scene::load::{Format, load_str};
 use std::path::Path;
 
+const SETTINGS: &str = r#"
+    [settings]
+    spp = 16
+    adaptive = false
+    max_depth = 2
+    at_max_depth = "black"
+"#;
+
 /// A rough ball on a floor, under a studio's softboxes, seen small.
 fn ball(environment: &str, material: &str) -> String {
     format!(
@@ -16,11 +24,7 @@ fn ball(environment: &str, material: &str) -> String {
         environment = {{ {environment} }}
         materials.floor = {{ type = "diffuse", cd = [0.2, 0.2, 0.2] }}
         materials.ball = {{ {material} }}
-        [settings]
-        spp = 16
-        adaptive = false
-        max_depth = 2
-        at_max_depth = "black"
+        {SETTINGS}
         [[shapes]]
         type = "plane"
         point = [0, -1, 0]
@@ -92,21 +96,19 @@ fn lamps() -> String {
             "#
         )
     };
-    let floor = r#"
-        camera = { eye = [0, 1.6, 3.6], look_at = [0, 0.3, -0.5], resolution = [40, 30], fov_deg = 45 }
-        materials.metal = { type = "conductor", metal = "aluminium", alpha = 0.1 }
-        [settings]
-        spp = 16
-        adaptive = false
-        max_depth = 2
-        at_max_depth = "black"
+    let floor = format!(
+        r#"
+        camera = {{ eye = [0, 1.6, 3.6], look_at = [0, 0.3, -0.5], resolution = [40, 30], fov_deg = 45 }}
+        materials.metal = {{ type = "conductor", metal = "aluminium", alpha = 0.1 }}
+        {SETTINGS}
         [[shapes]]
         type = "plane"
         point = [0, 0, 0]
         normal = [0, 1, 0]
         material = "metal"
-    "#;
-    (0..100).map(lamp).fold(floor.to_owned(), |text, lamp| text + &lamp)
+        "#
+    );
+    (0..100).map(lamp).fold(floor, |text, lamp| text + &lamp)
 }
 
 #[test]
