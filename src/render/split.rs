@@ -304,16 +304,14 @@ impl Trial {
     /// pixel, which dark ones make, and of errors as they are, which bright ones make.
     fn left_beside(&self, other: &Self) -> f64 {
         let level = 0.5 * (self.mean_luminance() + other.mean_luminance());
-        let left = |noise: fn(&Self, f64) -> f64| {
-            let [noise, of_other] = [self, other].map(|trial| noise(trial, level));
-            // Nobody knows of a picture without noise.
-            if of_other > 0.0 { (noise / of_other).powf(1.0 / POWER) } else { 1.0 }
-        };
-        let by_brightness = left(|trial, level| trial.noise(level).iter().sum());
-        let as_it_is =
-            left(|trial, _| trial.pixels.iter().map(|[_, variance]| f64::from(*variance).powf(POWER)).sum());
+        let by_brightness = [self, other].map(|trial| trial.noise(level).iter().sum::<f64>());
+        let power = |[_, variance]: &[f32; 2]| f64::from(*variance).powf(POWER);
+        let as_they_are = [self, other].map(|trial| trial.pixels.iter().map(power).sum::<f64>());
+        let left = |[noise, of_other]: [f64; 2]| (noise / of_other).powf(1.0 / POWER);
         let cost = self.mean_cost() / other.mean_cost();
-        if other.pixels.is_empty() { 1.0 } else { (by_brightness * as_it_is).sqrt() * cost }
+        let left = (left(by_brightness) * left(as_they_are)).sqrt() * cost;
+        // Nobody knows of a picture without noise.
+        if left.is_finite() { left } else { 1.0 }
     }
 
     /// A [power](POWER) of the variance by the square of the mean, in sums over a few pixels each; a mean below a tenth of the
@@ -392,7 +390,7 @@ mod tests {
     fn candidates_are_told_by_variance_times_cost() {
         let trial = |variance, cost| Trial { pixels: vec![[1.0, variance]; 100], cost, samples: 4.0 };
         assert!((trial(0.5, 12.0).left_beside(&trial(1.0, 8.0)) - 0.75).abs() < 1e-6);
-        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.5);
+        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.0);
         assert_eq!(Trial::default().left_beside(&Trial::default()), 1.0);
     }
 

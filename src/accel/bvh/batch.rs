@@ -1,7 +1,8 @@
 //! How a slice of rays is grouped: the kernels that the instruction set's dispatch runs.
 //!
 //! Coherent closest hits go in packets where eight neighbours are close enough, and singly otherwise. Incoherent
-//! batches go in streams, each of one octant, that keep the rays' order within it.
+//! batches are swept, if anything is, and where something else may be hit they go in streams, each of one octant, that keep
+//! the rays' order within it.
 
 use super::data::{Child, Hierarchy};
 use super::mode::Mode;

@@ -1,8 +1,8 @@
 //! The pure-Rust bounding volume hierarchy: 8-wide nodes and leaves of 4 primitives, watertight or fast.
 //!
 //! Read `data` for what is kept, `builder` for how it is made, `single` for how one ray goes through it, `mode` for what
-//! the watertight and the fast mode differ in. Scenes of few primitives have a layout and a traversal of their own:
-//! `small` and `sweep`.
+//! the watertight and the fast mode differ in. Few primitives, all of a scene or those around its large meshes, have a layout
+//! and a traversal of their own: `small` and `sweep`.
 //!
 //! The answer to a ray is the least `(t, geom_id, prim_id)` among the primitives that the ray's test accepts. In the
 //! watertight mode the test is the same arithmetic on every path and instruction set, and boxes are tested with room

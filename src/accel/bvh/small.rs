@@ -44,8 +44,8 @@ pub(super) struct Small {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
     pub(super) root: Child,
-    /// Its box.
-    pub(super) step: Step,
+    /// Its box, as a [`Step`] has it.
+    pub(super) planes: [[f32; 2]; 3],
     /// Whether what is swept stands around it as the walls of a room do, so that most rays end there.
     pub(super) is_walled: bool,
 }
@@ -145,8 +145,7 @@ impl Small {
             let Node { planes, .. } = data.nodes[data.root.index()];
             let [x, y, z] = planes.map(|[lo, hi]| hi[0].max(hi[1]) - lo[0].min(lo[1]));
             let is_walled = area(shapes, swept) >= WALLS * 2.0 * (x * y + y * z + z * x);
-            let planes = planes.map(|[lo, hi]| [lo[1], hi[1]]);
-            Rest { root, step: Step { planes, next: 0, leaf: Leaf::NONE }, is_walled }
+            Rest { root, planes: planes.map(|[lo, hi]| [lo[1], hi[1]]), is_walled }
         });
         let (places, courses) = (vec![Place::NONE; ids.len()], Default::default());
         let mut small = Self { courses, facets: vec![], balls: vec![], ids, places, firsts, rest };

@@ -9,7 +9,7 @@ use super::mode::Mode;
 use super::ray::{Best, CULL_INFLATION, Prepared, Weights};
 use super::rows::{EIGHT, Eight, Ready};
 use super::simd::{Lanes, Mask, Simd};
-use super::small::{Ball, Facet, Leaf, Small, Step};
+use super::small::{Ball, Facet, Leaf, Small};
 use super::sphere::{first_root, may_meet};
 use super::watertight::AXES;
 use super::ways::{Group, Groups};
@@ -109,7 +109,7 @@ impl<'a, M: Mode> Sweeps<'a, M> {
         };
         sweep.go(group.octant);
         let beyond = match &self.small.rest {
-            Some(rest) => usual & sweep.slabs.enter(simd, &rest.step, sweep.found.limit),
+            Some(rest) => usual & sweep.slabs.enter(simd, &rest.planes, sweep.found.limit),
             None => 0,
         };
         (sweep.found, beyond)
@@ -128,9 +128,9 @@ struct Slabs<F: Lanes<EIGHT>> {
 impl<F: Lanes<EIGHT>> Slabs<F> {
     /// The rays that enter the box before `limit`.
     #[inline(always)]
-    fn enter<S: Simd<F8 = F>>(&self, simd: S, step: &Step, limit: F) -> u32 {
+    fn enter<S: Simd<F8 = F>>(&self, simd: S, planes: &[[f32; 2]; 3], limit: F) -> u32 {
         let side = |k: usize| {
-            let (lo, hi) = (simd.splat8(step.planes[k][0]), simd.splat8(step.planes[k][1]));
+            let (lo, hi) = (simd.splat8(planes[k][0]), simd.splat8(planes[k][1]));
             let is_negative = self.is_negative[k];
             let (near, far) = (hi.select(is_negative, lo), lo.select(is_negative, hi));
             (near.mul_sub(self.rcp[k], self.near[k]), far.mul_sub(self.rcp[k], self.far[k]))
@@ -175,7 +175,7 @@ impl<S: Simd, M: Mode, const ANY: bool> Sweep<'_, S, M, ANY> {
         let steps = &self.small.courses[octant][..];
         let mut i = 0;
         while let Some(step) = steps.get(i) {
-            let entering = self.slabs.enter(self.simd, step, self.found.limit);
+            let entering = self.slabs.enter(self.simd, &step.planes, self.found.limit);
             if entering == 0 {
                 i = step.next as usize;
                 continue;
