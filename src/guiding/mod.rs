@@ -12,10 +12,11 @@
 //! sky, and where few find it, those tell where samples of lights shall look for it too. Whoever wants that elsewhere puts
 //! rectangles into his windows by hand (Bitterli et al. 2015, *Portal-Masked Environment Map Sampling*).
 //!
-//! Read [`GuideMap`] first; `photons` makes what it is made of, from points of `reflectors`, and `portals` what finds the sky;
-//! a `mixture` is what it gives, which `fit` makes of photons.
+//! Read [`GuideMap`] first; `photons` makes what it is made of, from points of `reflectors`, `look` finds what else there is,
+//! and `portals` what finds the sky; a `mixture` is what it gives, which `fit` makes of photons.
 
 mod fit;
+mod look;
 mod map;
 mod mixture;
 mod photons;

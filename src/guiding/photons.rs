@@ -3,21 +3,23 @@
 use super::map::Photon;
 use super::reflectors::{Reflectors, focuses};
 use crate::accel::{Accelerator, Coherence};
-use crate::bxdf::{Bsdf, Bxdf, Diffuse, Incidence};
-use crate::core::{Hit, Ray, Rgb, Sampler, SamplerKind};
+use crate::bxdf::{Bsdf, Bxdf, Incidence};
+use crate::core::{Hit, Ray, Sampler, SamplerKind};
 use crate::scene::{Receiver, Rivals, Scene, SurfaceInteraction};
 use glam::Vec3;
-use std::f32::consts::PI;
 
 /// Reflections that a photon may take before it lands on a diffuse surface.
 const MOST_REFLECTIONS: usize = 4;
 
-/// One of the lobes that focus light, chosen by albedo with the number `u`; with the probability.
-fn choose_focusing<'a>(bsdf: &'a Bsdf, at: &Incidence, u: f32) -> Option<(&'a Bxdf, f32)> {
+/// Which lobes reflect a photon or a look.
+pub(super) type Takes = fn(&Bxdf) -> bool;
+
+/// One of the lobes that it takes, chosen by albedo with the number `u`; with the probability.
+fn choose<'a>(bsdf: &'a Bsdf, at: &Incidence, takes: Takes, u: f32) -> Option<(&'a Bxdf, f32)> {
     let albedo = |bxdf: &Bxdf| bxdf.albedo(at).max_channel();
-    let total: f32 = bsdf.lobes().iter().filter(|bxdf| focuses(bxdf)).map(albedo).sum();
+    let total: f32 = bsdf.lobes().iter().filter(|bxdf| takes(bxdf)).map(albedo).sum();
     let mut before = 0.0;
-    let mut lobes = bsdf.lobes().iter().filter(|bxdf| focuses(bxdf));
+    let mut lobes = bsdf.lobes().iter().filter(|bxdf| takes(bxdf));
     let chosen = lobes.find(|bxdf| {
         before += albedo(bxdf);
         u * total < before
@@ -41,13 +43,14 @@ pub fn light(
 }
 
 /// Pairs of random numbers of a photon, by what they decide.
-mod dimension {
+pub(super) mod dimension {
     pub const POINT: u32 = 0;
     pub const REFLECTOR: u32 = 1;
     pub const LIGHT: u32 = 2;
-    pub const OTHER: u32 = 3;
-    pub const OTHER_LIGHT: u32 = 4;
-    pub const REFLECTION: u32 = 5;
+    /// Two for each reflection.
+    pub const REFLECTION: u32 = 3;
+    /// One, and three for each surface that is seen.
+    pub const LOOK: u32 = REFLECTION + 2 * (super::MOST_REFLECTIONS as u32 + 1);
 }
 
 /// A photon on its way.
@@ -59,14 +62,11 @@ struct Flying {
 }
 
 /// A photon on a diffuse surface.
-struct Landed {
-    photon: Photon,
-    index: u32,
-    point: SurfaceInteraction,
+pub(super) struct Landed {
+    pub photon: Photon,
+    pub index: u32,
+    pub point: SurfaceInteraction,
 }
-
-/// One of so many photons looks what else its surface sees.
-const LOOKING: u32 = 4;
 
 /// Shoots photons that meet a light first and then a reflector.
 pub struct Shooter<'a> {
@@ -99,7 +99,7 @@ impl Shooter<'_> {
         landed.into_iter().map(|landed| landed.photon).collect()
     }
 
-    fn sampler(&self) -> Sampler {
+    pub(super) fn sampler(&self) -> Sampler {
         Sampler::new(SamplerKind::Sobol, self.scene.settings.seed ^ 0x70_68_6f_74, 0, 0)
     }
 
@@ -116,8 +116,7 @@ impl Shooter<'_> {
             };
             let at = Incidence { wo: wi, ..point.at };
             let power = irradiance * (2.0 * self.reflectors.area() as f32 / self.count as f32);
-            if let Some((wi, share)) = self.reflect(&point, &at, index, 0) {
-                let ray = point.spawn(wi, f32::INFINITY, self.scene.settings.self_hit);
+            if let Some((ray, share)) = self.reflect((&point, &at), focuses, index, dimension::REFLECTION) {
                 flying.push(Flying { index, power: power * share, ray });
                 shadows.push(shadow);
             }
@@ -126,26 +125,34 @@ impl Shooter<'_> {
         lit.filter_map(|(photon, occluded)| (!occluded).then_some(photon)).collect()
     }
 
-    fn light(&self, point: &SurfaceInteraction, index: u32, dimension: u32) -> Option<(Ray, Vec3, f32)> {
+    /// One light's irradiance, as [`light`] has it, by the numbers of a photon.
+    pub(super) fn light(
+        &self,
+        point: &SurfaceInteraction,
+        index: u32,
+        dimension: u32,
+    ) -> Option<(Ray, Vec3, f32)> {
         light(self.scene, point, Rivals::Lobes, self.sampler().pair(index, dimension))
     }
 
-    /// Where a photon goes on from a surface that focuses light, and how much of it.
-    fn reflect(
+    /// The ray with which what comes to a surface goes on, by one of the lobes that it takes, and how much of it; by two pairs of
+    /// numbers from `dimension` on.
+    pub(super) fn reflect(
         &self,
-        point: &SurfaceInteraction,
-        at: &Incidence,
+        (point, at): (&SurfaceInteraction, &Incidence),
+        takes: Takes,
         index: u32,
-        reflection: u32,
-    ) -> Option<(Vec3, f32)> {
+        dimension: u32,
+    ) -> Option<(Ray, f32)> {
         let bsdf = self.bsdf(point);
-        let pair = |k: u32| self.sampler().pair(index, dimension::REFLECTION + 2 * reflection + k);
-        let (lobe, probability) = choose_focusing(&bsdf, at, pair(1)[0])?;
+        let pair = |k: u32| self.sampler().pair(index, dimension + k);
+        let (lobe, probability) = choose(&bsdf, at, takes, pair(1)[0])?;
         let sample = lobe.sample(at, pair(0))?;
-        Some((sample.wi, sample.weight.luminance() / probability))
+        let ray = point.spawn(sample.wi, f32::INFINITY, self.scene.settings.self_hit);
+        Some((ray, sample.weight.luminance() / probability))
     }
 
-    fn bsdf(&self, point: &SurfaceInteraction) -> Bsdf {
+    pub(super) fn bsdf(&self, point: &SurfaceInteraction) -> Bsdf {
         self.scene.bsdf(point.geom_id, point.p)
     }
 
@@ -164,46 +171,9 @@ impl Shooter<'_> {
             let landing = Photon { p: point.p, n, wi, power: photon.power, other: None };
             landed.push(Landed { photon: landing, index: photon.index, point });
         }
-        if let Some((wi, share)) = self.reflect(&point, &point.at, photon.index, reflection) {
-            let ray = point.spawn(wi, f32::INFINITY, self.scene.settings.self_hit);
+        let numbers = dimension::REFLECTION + 2 * reflection;
+        if let Some((ray, share)) = self.reflect((&point, &point.at), focuses, photon.index, numbers) {
             next.push(Flying { index: photon.index, power: photon.power * share, ray });
-        }
-    }
-
-    /// Finds what else the surfaces of some landed photons see, by one ray each.
-    fn look_around(&self, landed: &mut [Landed]) {
-        let (scene, sampler) = (self.scene, self.sampler());
-        let mut looking: Vec<&mut Landed> = landed.iter_mut().filter(|l| l.index % LOOKING == 0).collect();
-        let white = Bxdf::Diffuse(Diffuse { reflectance: Rgb::WHITE });
-        let look = |Landed { index, point, .. }: &Landed| {
-            let sample = white.sample(&point.at, sampler.pair(*index, dimension::OTHER));
-            sample.map_or(Ray::inactive(), |s| point.spawn(s.wi, f32::INFINITY, scene.settings.self_hit))
-        };
-        let rays: Vec<Ray> = looking.iter().map(|landed| look(landed)).collect();
-        let hits = hits(self.accel, &rays);
-        let mut shadows = vec![Ray::inactive(); rays.len()];
-        for (((landed, ray), hit), shadow) in looking.iter_mut().zip(&rays).zip(&hits).zip(&mut shadows) {
-            landed.photon.other = Some(match hit {
-                Some(hit) => {
-                    let point = scene.interaction(ray, hit);
-                    let light = self.light(&point, landed.index, dimension::OTHER_LIGHT);
-                    match (diffuse(&self.bsdf(&point)), light) {
-                        (Some(albedo), Some((way, _, irradiance))) => {
-                            *shadow = way;
-                            albedo * irradiance / PI
-                        }
-                        _ => 0.0,
-                    }
-                }
-                None => scene.lights.environment.as_ref().map_or(0.0, |environment| {
-                    environment.le(ray.dir).luminance().min(self.environment_mean)
-                }),
-            });
-        }
-        for (landed, occluded) in looking.iter_mut().zip(occluded(self.accel, &shadows)) {
-            if occluded {
-                landed.photon.other = Some(0.0);
-            }
         }
     }
 }
@@ -223,7 +193,7 @@ pub fn hits(accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Option<Hit>> {
 }
 
 /// Luminance of what a surface reflects diffusely, if it does.
-fn diffuse(bsdf: &Bsdf) -> Option<f32> {
+pub(super) fn diffuse(bsdf: &Bsdf) -> Option<f32> {
     bsdf.lobes().iter().find_map(|bxdf| match bxdf {
         Bxdf::Diffuse(lobe) => Some(lobe.reflectance.luminance()),
         _ => None,

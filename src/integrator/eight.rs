@@ -190,9 +190,6 @@ impl Integrator<'_> {
             && Order::may_be_diffuse(kind)
         {
             guides = caustics.find(&points.p, &points.n);
-            for (guide, path) in guides.iter_mut().zip(from) {
-                *guide = guide.filter(|_| path.favour >= guided::LEAST_FAVOUR);
-            }
         }
 
         let mut portals = [Portal::default(); LANES];

@@ -7,10 +7,6 @@ use crate::core::Rgb;
 use crate::guiding::Cell;
 use glam::Vec3;
 
-/// The least [favour](super::path::Path::favour) of paths that guides are asked for. What goes where a guide does not lead gets
-/// heavier at each surface, up to twice: in bright rooms the squares of such weights would grow from one to the next.
-pub(super) const LEAST_FAVOUR: f32 = 0.3;
-
 /// Where a diffuse surface looks for caustics.
 #[derive(Clone, Copy)]
 pub(super) struct Guide<'a> {
