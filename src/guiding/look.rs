@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 const LOOKING: u32 = 4;
 
 /// Surfaces that a look comes to, at most. In a bright room most of what a wall sees has come by more than one other wall:
-/// where only the next one counts, guides get twice the share that is best.
+/// where only the next one counts, guides get too large a share.
 const MOST_SURFACES: u32 = 8;
 
 /// What a photon's surface sees along one path from it.
