@@ -39,8 +39,8 @@ impl Shooter<'_> {
         let mut looks: Vec<Look> = first.collect();
         let mut seen = vec![0.0; looking.len()];
         let Settings { max_depth, at_max_depth, .. } = self.scene.settings;
-        let ends = at_max_depth != AtMaxDepth::Roulette;
-        for surface in 0..if ends { MOST_SURFACES.min(max_depth) } else { MOST_SURFACES } {
+        let most = if at_max_depth == AtMaxDepth::Roulette { u32::MAX } else { max_depth };
+        for surface in 0..most.min(MOST_SURFACES) {
             looks = self.look_on(&looks, surface, &mut seen);
         }
         for (landed, seen) in looking.iter_mut().zip(seen) {
@@ -69,12 +69,14 @@ impl Shooter<'_> {
                 continue;
             };
             let point = self.scene.interaction(ray, hit);
-            if let Some(albedo) = diffuse(&self.bsdf(&point))
+            let bsdf = self.bsdf(&point);
+            if let Some(albedo) = diffuse(&bsdf)
                 && let Some((way, _, irradiance)) = self.light(&point, index, numbers)
             {
                 lit.push(Lit { of, radiance: weight * albedo * irradiance / PI, way });
             }
-            if let Some((ray, share)) = self.reflect((&point, &point.at), |_| true, index, numbers + 1) {
+            if let Some((ray, share)) = self.reflect(&bsdf, (&point, &point.at), |_| true, index, numbers + 1)
+            {
                 onward.push(Look { weight: weight * share, ray, ..*look });
             }
         }

@@ -14,7 +14,7 @@ const MOST_REFLECTIONS: usize = 4;
 /// Which lobes reflect a photon or a look.
 pub(super) type Takes = fn(&Bxdf) -> bool;
 
-/// One of the lobes that it takes, chosen by albedo with the number `u`; with the probability.
+/// One of the lobes that are taken, chosen by albedo with the number `u`; with the probability.
 fn choose<'a>(bsdf: &'a Bsdf, at: &Incidence, takes: Takes, u: f32) -> Option<(&'a Bxdf, f32)> {
     let albedo = |bxdf: &Bxdf| bxdf.albedo(at).max_channel();
     let total: f32 = bsdf.lobes().iter().filter(|bxdf| takes(bxdf)).map(albedo).sum();
@@ -116,7 +116,8 @@ impl Shooter<'_> {
             };
             let at = Incidence { wo: wi, ..point.at };
             let power = irradiance * (2.0 * self.reflectors.area() as f32 / self.count as f32);
-            if let Some((ray, share)) = self.reflect((&point, &at), focuses, index, dimension::REFLECTION) {
+            let (bsdf, numbers) = (self.bsdf(&point), dimension::REFLECTION);
+            if let Some((ray, share)) = self.reflect(&bsdf, (&point, &at), focuses, index, numbers) {
                 flying.push(Flying { index, power: power * share, ray });
                 shadows.push(shadow);
             }
@@ -135,18 +136,18 @@ impl Shooter<'_> {
         light(self.scene, point, Rivals::Lobes, self.sampler().pair(index, dimension))
     }
 
-    /// The ray with which what comes to a surface goes on, by one of the lobes that it takes, and how much of it; by two pairs of
+    /// The ray with which what comes to a surface goes on, by one of the lobes that are taken, and how much of it; by two pairs of
     /// numbers from `dimension` on.
     pub(super) fn reflect(
         &self,
+        bsdf: &Bsdf,
         (point, at): (&SurfaceInteraction, &Incidence),
         takes: Takes,
         index: u32,
         dimension: u32,
     ) -> Option<(Ray, f32)> {
-        let bsdf = self.bsdf(point);
         let pair = |k: u32| self.sampler().pair(index, dimension + k);
-        let (lobe, probability) = choose(&bsdf, at, takes, pair(1)[0])?;
+        let (lobe, probability) = choose(bsdf, at, takes, pair(1)[0])?;
         let sample = lobe.sample(at, pair(0))?;
         let ray = point.spawn(sample.wi, f32::INFINITY, self.scene.settings.self_hit);
         Some((ray, sample.weight.luminance() / probability))
@@ -166,13 +167,14 @@ impl Shooter<'_> {
         next: &mut Vec<Flying>,
     ) {
         let point = self.scene.interaction(&photon.ray, hit);
-        if diffuse(&self.bsdf(&point)).is_some() {
+        let bsdf = self.bsdf(&point);
+        if diffuse(&bsdf).is_some() {
             let (n, wi) = (point.at.n, point.at.wo);
             let landing = Photon { p: point.p, n, wi, power: photon.power, other: None };
             landed.push(Landed { photon: landing, index: photon.index, point });
         }
         let numbers = dimension::REFLECTION + 2 * reflection;
-        if let Some((ray, share)) = self.reflect((&point, &point.at), focuses, photon.index, numbers) {
+        if let Some((ray, share)) = self.reflect(&bsdf, (&point, &point.at), focuses, photon.index, numbers) {
             next.push(Flying { index: photon.index, power: photon.power * share, ray });
         }
     }
