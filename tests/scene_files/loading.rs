@@ -63,6 +63,33 @@ fn reflecting_more_than_arrives_is_a_warning() {
 }
 
 #[test]
+fn the_colour_of_a_plastic_is_what_it_says() {
+    let base = |keys: &str| {
+        let plastic = scene(&format!("[materials.m]\ntype = \"plastic\"\n{keys}")).materials[0].specular;
+        let Specular::Plastic { base: Texture::Constant(base), .. } = plastic else { panic!("{plastic:?}") };
+        base.to_array()
+    };
+    assert_eq!(base("cd = [0.8, 0.4, 0.2]"), [0.8, 0.4, 0.2]);
+    assert_eq!(base("kd = 0.5\ncd = [0.8, 0.4, 0.2]"), [0.4, 0.2, 0.1]);
+    assert_eq!(base("kd = 0.8"), [0.8; 3]);
+    assert_eq!(base(""), [0.5; 3]);
+}
+
+#[test]
+fn a_diffuse_colour_that_nothing_shows_is_a_warning() {
+    let warnings = |material: &str| scene(&format!("[materials.m]\n{material}")).warnings;
+    for material in ["type = \"cosine-power\"\nexponent = 100", "type = \"mirror\""] {
+        let forgotten = warnings(&format!("{material}\nkr = 0.5\ncd = 0.3"));
+        assert!(matches!(&forgotten[..], [w] if w.contains("give `kd`")), "{material}: {forgotten:?}");
+        for keys in ["kd = 0", "kd = 0.5", "ka = 0.5"] {
+            let meant = warnings(&format!("{material}\nkr = 0.5\ncd = 0.3\n{keys}"));
+            assert!(meant.is_empty(), "{material}, {keys}: {meant:?}");
+        }
+        assert!(warnings(material).is_empty());
+    }
+}
+
+#[test]
 fn every_kind_of_material_makes_its_lobe() {
     for (text, kind) in [
         ("type = \"diffuse\"", LobeKind::Diffuse),

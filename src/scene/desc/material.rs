@@ -69,9 +69,9 @@ pub struct CosinePowerDesc {
     pub exponent: ExponentDesc,
     /// What becomes of directions below the surface; the settings' if it is left out.
     pub horizon: Option<Horizon>,
-    /// Factor of the diffuse reflectance, 0 to 1.
+    /// Factor of the diffuse reflectance, 0 to 1; 0 if it is left out.
     #[serde(default)]
-    pub kd: f64,
+    pub kd: Option<f64>,
     /// Colour of the diffuse reflectance.
     #[serde(default)]
     pub cd: ColourDesc,
@@ -90,8 +90,8 @@ pub struct MirrorDesc {
     pub kr: f64,
     /// Colour of the mirror's reflectance.
     pub cr: ColourDesc,
-    /// Factor of the diffuse reflectance, 0 to 1.
-    pub kd: f64,
+    /// Factor of the diffuse reflectance, 0 to 1; 0 if it is left out.
+    pub kd: Option<f64>,
     /// Colour of the diffuse reflectance.
     pub cd: ColourDesc,
     /// Factor of the ambient reflectance.
@@ -149,15 +149,15 @@ impl MetalDesc {
 }
 
 /// Plastic.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub struct PlasticDesc {
-    /// Factor of the base's diffuse reflectance, 0 to 1.
-    pub kd: f64,
-    /// Colour of the base.
-    pub cd: ColourDesc,
-    /// Index of refraction of the coat, 1 to 100.
-    pub eta: f64,
+    /// Factor of the base's diffuse reflectance, 0 to 1. If it is left out 1, or 0.5 where `cd` is left out too.
+    pub kd: Option<f64>,
+    /// Colour of the base; white if it is left out.
+    pub cd: Option<ColourDesc>,
+    /// Index of refraction of the coat, 1 to 100; 1.5 if it is left out.
+    pub eta: Option<f64>,
     /// Roughness of the coat, 0.001 to 1; 0.1 if neither this nor `exponent` is given.
     pub alpha: Option<f64>,
     /// The cosine power about as wide as the roughness meant: `alpha = 1 / sqrt(2 exponent)`.
@@ -200,13 +200,15 @@ impl Default for DiffuseDesc {
 impl Default for MirrorDesc {
     fn default() -> Self {
         let white = ColourDesc::default;
-        Self { kr: 1.0, cr: white(), kd: 0.0, cd: white(), ka: 0.0, ca: None }
+        Self { kr: 1.0, cr: white(), kd: None, cd: white(), ka: 0.0, ca: None }
     }
 }
 
-impl Default for PlasticDesc {
-    fn default() -> Self {
-        Self { kd: 0.5, cd: ColourDesc::default(), eta: 1.5, alpha: None, exponent: None }
+impl PlasticDesc {
+    /// `kd` and `cd`.
+    pub fn base(&self) -> (f64, ColourDesc) {
+        let kd = self.kd.unwrap_or(if self.cd.is_some() { 1.0 } else { 0.5 });
+        (kd, self.cd.clone().unwrap_or_default())
     }
 }
 
@@ -216,19 +218,32 @@ impl Default for DielectricDesc {
     }
 }
 
-/// Gathers `kd cd ka ca`, which several materials have.
+/// Gathers `kd cd ka ca` of a material that is glossy before it is anything else: without `kd` it is nothing else.
 macro_rules! matte {
     ($($desc:ident),*) => {$(
         impl $desc {
             /// The diffuse and the ambient part.
             pub fn matte(&self) -> MatteDesc {
-                MatteDesc { kd: self.kd, cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
+                let kd = self.kd.unwrap_or(0.0);
+                MatteDesc { kd, cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
+            }
+
+            /// Whether there is a `cd` that nothing shows, since `kd` was forgotten.
+            pub fn forgets_kd(&self) -> bool {
+                self.kd.is_none() && self.ka == 0.0 && self.cd != ColourDesc::default()
             }
         }
     )*};
 }
 
-matte!(DiffuseDesc, CosinePowerDesc, MirrorDesc);
+matte!(CosinePowerDesc, MirrorDesc);
+
+impl DiffuseDesc {
+    /// The diffuse and the ambient part.
+    pub fn matte(&self) -> MatteDesc {
+        MatteDesc { kd: self.kd, cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
+    }
+}
 
 /// An exponent: a number, `inf`, or `"inf"` (JSON has no infinity).
 #[derive(Clone, Copy, Debug, PartialEq)]

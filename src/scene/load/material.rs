@@ -100,6 +100,7 @@ impl<'a> MaterialTable<'a> {
             let material = match origin {
                 Origin::Described(desc) => {
                     let at = source.at("materials").key(&name);
+                    warn_of_forgotten_kd(&name, desc, notes);
                     described(name, desc, &Context { at: &at, world, horizon })?
                 }
                 Origin::Mtl(mtl) => from_mtl(mtl, horizon, notes),
@@ -112,6 +113,20 @@ impl<'a> MaterialTable<'a> {
             materials.push(material);
         }
         Ok(materials)
+    }
+}
+
+/// A colour that was given and that nothing shows.
+fn warn_of_forgotten_kd(name: &str, desc: &MaterialDesc, notes: &mut Notes<'_>) {
+    let forgotten = match desc {
+        MaterialDesc::CosinePower(desc) => desc.forgets_kd(),
+        MaterialDesc::Mirror(desc) => desc.forgets_kd(),
+        _ => false,
+    };
+    if forgotten {
+        notes.warnings.push(format!(
+            "the material `{name}` has a `cd` that nothing shows, since `kd` is 0 where it is left out: give `kd`, or leave `cd` out"
+        ));
     }
 }
 

@@ -77,12 +77,13 @@ impl Context<'_> {
 
     /// Plastic.
     pub(super) fn plastic(&self, name: String, desc: &PlasticDesc) -> Result<Material, SceneError> {
-        let eta = self.at.positive("eta", desc.eta)?;
+        let eta = self.at.positive("eta", desc.eta.unwrap_or(1.5))?;
         if !(1.0..=100.0).contains(&eta) {
             let message = format!("{eta}: the index of a coat must be from 1 (air) to 100");
             return Err(self.at.key("eta").fail(message));
         }
-        let base = self.texture(["kd", "cd"], desc.kd, &desc.cd)?;
+        let (kd, cd) = desc.base();
+        let base = self.texture(["kd", "cd"], kd, &cd)?;
         let base = base.unwrap_or(Texture::Constant(Rgb::BLACK));
         if base.brightest().max_channel() > 1.0 {
             return Err(self.at.key("kd").fail("kd cd is above 1: no base reflects more light than arrives"));
