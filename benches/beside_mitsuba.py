@@ -402,7 +402,7 @@ def main():
     parser.add_argument("scene", nargs="*", help="part of a name: only those")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("beside-mitsuba"))
+    parser.add_argument("--out", type=Path, default=Path("target/beside-mitsuba"))
     args = parser.parse_args()
     if args.seeds < 2:
         parser.error("--seeds: errors need at least 2")

@@ -49,6 +49,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("[materials.m]\ntype = \"diffuse\"\ncd = { checker = [0, 1], size = 0 }", "<scene>:3:33", "above zero"),
     ("[materials.m]\ntype = \"conductor\"\nmetal = \"gold\"\nk = 1", "<scene>:1:1", "`eta` and `k`"),
     ("[materials.m]\ntype = \"conductor\"\nalpha = 2", "<scene>:3:9", "the roughest is 1"),
+    ("[materials.m]\ntype = \"plastic\"\ncd = [1.5, 0, 0]", "<scene>:3:6", "no base reflects more"),
     ("[materials.m]\ntype = \"plastic\"\neta = 0.5", "<scene>:3:7", "from 1 (air) to 100"),
     ("[materials.m]\ntype = \"emissive\"\nradiance = [1e13, 0, 0]", "<scene>:3:12", "too bright"),
     (

@@ -86,7 +86,9 @@ impl Context<'_> {
         let base = self.texture(["kd", "cd"], kd, &cd)?;
         let base = base.unwrap_or(Texture::Constant(Rgb::BLACK));
         if base.brightest().max_channel() > 1.0 {
-            return Err(self.at.key("kd").fail("kd cd is above 1: no base reflects more light than arrives"));
+            let given = if desc.kd.is_some() { "kd" } else { "cd" };
+            let message = "kd cd is above 1: no base reflects more light than arrives";
+            return Err(self.at.key(given).fail(message));
         }
         let alpha = self.roughness(desc.alpha, desc.exponent)?;
         Ok(Material {
