@@ -13,7 +13,6 @@ times its squared error. Rows are of a table in Markdown; `OUT/NAME-gloss.png` a
 
 import argparse
 import itertools
-import json
 import resource
 import subprocess
 from pathlib import Path
@@ -205,9 +204,8 @@ def scenes(knot, studio, sunset):
     """Of each scene its camera (eye, what it looks at, degrees from lower to upper edge), its shapes, its lights."""
     rng = np.random.RandomState(7)
 
-    def balls(front):
-        low, high = [-2, front - 4.5], [2, front]
-        places = ([float(x) for x in rng.uniform(low, high)] for _ in itertools.count())
+    def balls():
+        places = ([float(x) for x in rng.uniform([-2, -3], [2, 1.5])] for _ in itertools.count())
         return [
             sphere([x, radius, z], radius, BALLS[i % 4])
             for i, (radius, (x, z)) in enumerate(zip(rng.uniform(0.06, 0.16, 150).tolist(), places))
@@ -220,8 +218,7 @@ def scenes(knot, studio, sunset):
 
         return [one() for _ in range(count)]
 
-    table = (TABLE_CAMERA, [floor(5, diffuse(0.45, 0.42, 0.4))])
-    of_table = lambda shapes, lights: (table[0], table[1] + shapes, lights)
+    of_table = lambda shapes, lights: (TABLE_CAMERA, [floor(5, diffuse(0.45, 0.42, 0.4))] + shapes, lights)
     of_room = lambda shapes, lights, **sides: (ROOM_CAMERA, room(right=RED, **sides) + shapes, lights)
     ceiling_lamp = lamp_down(0, 2.45, -1, 0.6, [20, 18, 15])
     yield "corridor of two mirrors, metal floor", (
@@ -279,7 +276,7 @@ def scenes(knot, studio, sunset):
     )
     yield "150 balls of metals, plastic and clay, even sky and a lamp", (
         ([0, 1.5, 3.6], [0, 0.1, -0.4], 40),
-        [floor(5, WHITE)] + balls(1.5),
+        [floor(5, WHITE)] + balls(),
         [sky([0.3, 0.35, 0.4]), ball_lamp([1.2, 2, 0.3], 0.3, [25, 24, 22])],
     )
     yield "room lit by way of its ceiling, knot of plastic", of_room(
@@ -287,7 +284,7 @@ def scenes(knot, studio, sunset):
         [lamp_up(x, 1.6, -2.5, 0.3, [60, 50, 40]) for x in (-1.5, 1.5)],
         floor=diffuse(0.4, 0.3, 0.2),
     )
-    yield "room with 150 such balls", of_room(balls(1.5), [ceiling_lamp])
+    yield "room with 150 such balls", of_room(balls(), [ceiling_lamp])
     yield "room with 12 knots of metals, plastic and clay", of_room(
         [
             mesh(knot, size, [float(rng.uniform(-1.6, 1.6)), 0, float(rng.uniform(-2.6, 1.2))], BALLS[i % 4])

@@ -31,8 +31,8 @@ pub enum MaterialDesc {
 /// The diffuse and the ambient part of a material.
 #[derive(Clone, Debug, Default)]
 pub struct MatteDesc {
-    /// `kd`, 0 to 1.
-    pub kd: f64,
+    /// `kd`, 0 to 1; 0 if it is left out.
+    pub kd: Option<f64>,
     /// `cd`.
     pub cd: ColourDesc,
     /// `ka`: how much of the scene's ambient radiance it shows.
@@ -149,15 +149,15 @@ impl MetalDesc {
 }
 
 /// Plastic.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub struct PlasticDesc {
     /// Factor of the base's diffuse reflectance, 0 to 1. If it is left out 1, or 0.5 where `cd` is left out too.
     pub kd: Option<f64>,
     /// Colour of the base; white if it is left out.
     pub cd: Option<ColourDesc>,
-    /// Index of refraction of the coat, 1 to 100; 1.5 if it is left out.
-    pub eta: Option<f64>,
+    /// Index of refraction of the coat, 1 to 100.
+    pub eta: f64,
     /// Roughness of the coat, 0.001 to 1; 0.1 if neither this nor `exponent` is given.
     pub alpha: Option<f64>,
     /// The cosine power about as wide as the roughness meant: `alpha = 1 / sqrt(2 exponent)`.
@@ -204,6 +204,12 @@ impl Default for MirrorDesc {
     }
 }
 
+impl Default for PlasticDesc {
+    fn default() -> Self {
+        Self { kd: None, cd: None, eta: 1.5, alpha: None, exponent: None }
+    }
+}
+
 impl PlasticDesc {
     /// `kd` and `cd`.
     pub fn base(&self) -> (f64, ColourDesc) {
@@ -218,30 +224,24 @@ impl Default for DielectricDesc {
     }
 }
 
-/// Gathers `kd cd ka ca` of a material that is glossy before it is anything else: without `kd` it is nothing else.
+/// Gathers `kd cd ka ca`, which several materials have.
 macro_rules! matte {
     ($($desc:ident),*) => {$(
         impl $desc {
             /// The diffuse and the ambient part.
             pub fn matte(&self) -> MatteDesc {
-                let kd = self.kd.unwrap_or(0.0);
-                MatteDesc { kd, cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
-            }
-
-            /// Whether there is a `cd` that nothing shows, since `kd` was forgotten.
-            pub fn forgets_kd(&self) -> bool {
-                self.kd.is_none() && self.ka == 0.0 && self.cd != ColourDesc::default()
+                MatteDesc { kd: self.kd.into(), cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
             }
         }
     )*};
 }
 
-matte!(CosinePowerDesc, MirrorDesc);
+matte!(DiffuseDesc, CosinePowerDesc, MirrorDesc);
 
-impl DiffuseDesc {
-    /// The diffuse and the ambient part.
-    pub fn matte(&self) -> MatteDesc {
-        MatteDesc { kd: self.kd, cd: self.cd.clone(), ka: self.ka, ca: self.ca.clone() }
+impl MatteDesc {
+    /// Whether there is a `cd` that nothing shows, since `kd` was forgotten.
+    pub fn forgets_kd(&self) -> bool {
+        self.kd.is_none() && self.ka == 0.0 && self.cd != ColourDesc::default()
     }
 }
 

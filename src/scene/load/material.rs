@@ -118,12 +118,12 @@ impl<'a> MaterialTable<'a> {
 
 /// A colour that was given and that nothing shows.
 fn warn_of_forgotten_kd(name: &str, desc: &MaterialDesc, notes: &mut Notes<'_>) {
-    let forgotten = match desc {
-        MaterialDesc::CosinePower(desc) => desc.forgets_kd(),
-        MaterialDesc::Mirror(desc) => desc.forgets_kd(),
-        _ => false,
+    let matte = match desc {
+        MaterialDesc::CosinePower(desc) => desc.matte(),
+        MaterialDesc::Mirror(desc) => desc.matte(),
+        _ => return,
     };
-    if forgotten {
+    if matte.forgets_kd() {
         notes.warnings.push(format!(
             "the material `{name}` has a `cd` that nothing shows, since `kd` is 0 where it is left out: give `kd`, or leave `cd` out"
         ));

@@ -44,7 +44,7 @@ impl Context<'_> {
         let (ca, ca_key) = desc.ca.as_ref().map_or((&desc.cd, "cd"), |ca| (ca, "ca"));
         Ok(Material {
             ambient: self.texture(["ka", ca_key], desc.ka, ca)?,
-            diffuse: self.texture(["kd", "cd"], desc.kd, &desc.cd)?,
+            diffuse: self.texture(["kd", "cd"], desc.kd.unwrap_or(0.0), &desc.cd)?,
             ..black(name)
         })
     }
@@ -77,7 +77,7 @@ impl Context<'_> {
 
     /// Plastic.
     pub(super) fn plastic(&self, name: String, desc: &PlasticDesc) -> Result<Material, SceneError> {
-        let eta = self.at.positive("eta", desc.eta.unwrap_or(1.5))?;
+        let eta = self.at.positive("eta", desc.eta)?;
         if !(1.0..=100.0).contains(&eta) {
             let message = format!("{eta}: the index of a coat must be from 1 (air) to 100");
             return Err(self.at.key("eta").fail(message));
