@@ -108,6 +108,31 @@ fn a_mirror_over_paint_shows_both_in_their_shares() {
 }
 
 #[test]
+fn a_pane_of_glass_is_looked_through_whichever_way_its_paths_go() {
+    let pane = |z: f64, [u, v]: [&str; 2]| {
+        format!(
+            "[[shapes]]\ntype = \"rect\"\ncorner = [-20, -20, {z}]\nu = {u}\nv = {v}\nmaterial = \"glass\"\n"
+        )
+    };
+    let [x, y] = ["[50, 0, 0]", "[0, 50, 0]"];
+    let text = format!(
+        "{}\n{}{}[materials.glass]\ntype = \"dielectric\"",
+        room("type = \"diffuse\"\nkd = 0.5\ncd = [1.0, 0.6, 0.2]"),
+        pane(-1.0, [x, y]),
+        pane(-1.5, [y, x]),
+    );
+    // Both ways are followed, and what is told is what the brighter one shows, as if it were all.
+    let film = picture(&scene(&text)).film;
+    assert_wall(&film, [0.5, 0.3, 0.1], "behind glass");
+    // By chance one is: the red wall is seen in the pane now and then.
+    let film = picture(&scene_with(&text, &[("settings.split_glass", "false")])).film;
+    // Of F at each face, with all that is reflected within.
+    let share = 2.0 * 0.04 / 1.04;
+    let expected = [(0.5, 0.8), (0.3, 0.3), (0.1, 0.1)].map(|(wall, red)| wall + share * (red - wall));
+    assert!(near(mean(&film.albedo()), expected, 0.01), "{:?}", mean(&film.albedo()));
+}
+
+#[test]
 fn where_nothing_is_met_nothing_is_said() {
     let empty = scene_with(
         &room("type = \"diffuse\""),

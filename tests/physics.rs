@@ -365,3 +365,50 @@ fn without_highlights_a_glossy_surface_shows_the_mean_of_its_rays() {
         }
     }
 }
+
+#[test]
+fn a_pane_of_tinted_glass_lets_through_its_closed_form_whether_paths_go_both_ways_or_one() {
+    // Seen head on under an even sky: the first face reflects F; what enters is tinted by t, as is what leaves, and at each
+    // face within, F of it is reflected: F + (1 - F)^2 t^2 (1 + F + F^2 + ...).
+    let (f, t) = (1.0 / 9.0, 0.5);
+    let expected = f + (1.0 - f) * t * t;
+    let text = format!(
+        r#"
+        [settings]
+        spp = 64
+        max_depth = 24
+        at_max_depth = "black"
+        sampler = "independent"
+        adaptive = false
+        [camera]
+        eye = [0, 0, 5]
+        look_at = [0, 0, 0]
+        resolution = [16, 16]
+        fov_deg = 0.001
+        {SKY}
+        [materials.glass]
+        type = "dielectric"
+        eta = 2
+        transmittance = {t}
+        [[shapes]]
+        type = "rect"
+        corner = [-1, -1, 0]
+        u = [2, 0, 0]
+        v = [0, 2, 0]
+        material = "glass"
+        [[shapes]]
+        type = "rect"
+        corner = [-1, -1, -0.5]
+        u = [0, 2, 0]
+        v = [2, 0, 0]
+        material = "glass"
+        "#
+    );
+    let [both, one] = ["true", "false"].map(|both| {
+        let film = picture(&scene_with(&text, &[("settings.split_glass", both)])).film;
+        assert_mean(&film, expected, &format!("both ways: {both}"));
+        mean_and_error(&film).1
+    });
+    // Chance is left where the light has met three faces.
+    assert!(both < 0.3 * one, "standard errors {both} and {one}");
+}

@@ -16,7 +16,7 @@ pub mod plastic;
 
 pub use conductor::{ComplexIor, Conductor};
 pub use cosine_power::{CosinePower, Horizon, Policy, PreparedCosinePower};
-pub use dielectric::Dielectric;
+pub use dielectric::{Dielectric, DielectricWay};
 pub use diffuse::Diffuse;
 pub use energy::CoatEnergy;
 pub use mirror::Mirror;
@@ -123,7 +123,7 @@ pub enum Bxdf {
     CosinePower(CosinePower),
     /// A metal.
     Conductor(Conductor),
-    /// Glass.
+    /// One way of glass.
     Dielectric(Dielectric),
     /// A rough coat over a diffuse base.
     Plastic(Plastic),

@@ -81,6 +81,10 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     emitter_edges: Option<bool>,
 
+    /// Follow both what glass reflects and what it lets through, as long as each carries enough, and not by chance one: unbiased
+    #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
+    split_glass: Option<bool>,
+
     /// Let light that was reflected more than once bring no sample more than this much radiance: fewer bright dots, and
     /// biased, which the EXR says
     #[arg(long, value_name = "X", value_parser = parse::radiance, help_heading = SETTINGS)]
@@ -126,6 +130,7 @@ impl SceneArgs {
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
             ("settings.portals", self.portals.map(|yes| yes.to_string())),
             ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
+            ("settings.split_glass", self.split_glass.map(|yes| yes.to_string())),
             ("settings.aovs", (!self.aov.is_empty()).then(|| names(&self.aov))),
             ("settings.seed", self.seed.map(|n| n.to_string())),
         ];

@@ -180,8 +180,8 @@ impl Lookout<'_> {
     /// The ray with which a path goes on.
     fn onward(&self, Stop { path, point }: &Stop, surface: u32) -> Option<Ray> {
         let bsdf = self.scene.bsdf(point.geom_id, point.p);
-        let lobe = bsdf.lobes().first()?;
-        let sample = lobe.sample(&point.at, self.sampler().pair(*path, 4 * surface + 1))?;
+        let u = self.sampler().pair(*path, 4 * surface + 1);
+        let sample = bsdf.lobes().iter().find_map(|lobe| lobe.sample(&point.at, u))?;
         Some(point.spawn(sample.wi, f32::INFINITY, self.scene.settings.self_hit))
     }
 }

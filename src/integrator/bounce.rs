@@ -206,7 +206,7 @@ impl Integrator<'_> {
         leaving.light_samples =
             self.light_samples_of(bsdf.lobes().iter().map(|bxdf| self.rays_of(path, bxdf.kind())));
         leaving.light_candidates = self.light_candidates_at(path, at, bsdf);
-        if lobes > 1 && split == 1 {
+        if lobes > 1 && split == 1 && !self.goes_all_ways(path, at, bsdf) {
             leaving.choose_one(at, bsdf, choice());
         }
         let lobes_look = self.scene.settings.direct_light == DirectLight::Mis
@@ -233,6 +233,14 @@ impl Integrator<'_> {
             LobeKind::Glossy if self.splits_any || path.glossy_depth == 0 => path.split,
             LobeKind::Glossy => self.scene.settings.glossy_samples.at(path.glossy_depth),
         }
+    }
+
+    /// Whether a ray of each lobe leaves a surface without splitting: of glass, as long as each way carries enough.
+    #[inline]
+    fn goes_all_ways(&self, path: &Path, at: &Incidence, bsdf: &Bsdf) -> bool {
+        let carries = |bxdf: &Bxdf| (path.beta * bxdf.albedo(at)).max_channel() >= LEAST_WAY;
+        self.scene.settings.split_glass
+            && bsdf.lobes().iter().all(|bxdf| bxdf.kind() == LobeKind::Delta && carries(bxdf))
     }
 
     /// Whether a ray of this lobe may leave the surface that `path` has reached.
@@ -375,6 +383,10 @@ impl Integrator<'_> {
 /// The throughput below which paths end by chance. At 1 each path would be in danger, and in bright rooms the few that
 /// survive make more noise than the others save time.
 const DIM: f32 = 1.0 / 3.0;
+
+/// What a way from glass must carry of what the camera sample shows, for both ways to be followed: since the ways share it,
+/// there are at most a hundred.
+const LEAST_WAY: f32 = 0.01;
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
 const MAX_SURVIVAL: f32 = 0.99;

@@ -22,7 +22,7 @@ pub(super) struct Trail {
     pub guide: Guide,
     /// Length of the way so far, in unit lengths.
     pub way: f32,
-    /// Rays for which the followed one stands, where hits have split.
+    /// Rays for which the followed one stands, where hits have split: each counts with its share.
     rays: f32,
 }
 
@@ -43,11 +43,19 @@ impl Integrator<'_> {
         trail: &mut Trail,
     ) -> Option<usize> {
         let [mut sharp, mut other] = [Rgb::BLACK; 2];
-        let (mut followed, mut other_rate) = (None, 0.0);
+        // Of the sharp lobes with rays, the one that reflects the most, and what all of them do.
+        let (mut followed, mut most, mut with_rays) = (None, 0.0, 0.0);
+        let mut other_rate = 0.0;
         for (number, lobe) in bsdf.lobes().iter().enumerate() {
             if lobe.is_sharp(SHARP_ALPHA) {
-                sharp += lobe.albedo(&point.at);
-                followed = followed.or((leaving.count[number] > 0).then_some(number));
+                let albedo = lobe.albedo(&point.at);
+                sharp += albedo;
+                if leaving.count[number] > 0 {
+                    with_rays += albedo.luminance();
+                    if albedo.luminance() > most {
+                        (followed, most) = (Some(number), albedo.luminance());
+                    }
+                }
             } else {
                 other += lobe.albedo(&point.at);
                 other_rate += leaving.rate[number];
@@ -55,7 +63,7 @@ impl Integrator<'_> {
         }
         let looked_through = sharp.luminance() > 0.0 && sharp.luminance() >= other.luminance();
         if looked_through && let Some(lobe) = followed {
-            trail.rays *= leaving.count[lobe] as f32;
+            trail.rays *= leaving.count[lobe] as f32 * with_rays / most;
             return followed;
         }
         // Where one lobe was chosen among several, it stands for those that were not.

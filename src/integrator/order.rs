@@ -107,6 +107,7 @@ pub(super) fn kind_of(material: &Material) -> u8 {
         [Bxdf::CosinePower(lobe)] if Powers::takes(lobe) => Order::POWER,
         [Bxdf::Diffuse(_), Bxdf::CosinePower(lobe)] if Powers::takes(lobe) => Order::DIFFUSE_AND_POWER,
         [lobe] => 1 + lobe.kind() as usize,
+        lobes if lobes.iter().all(|lobe| lobe.kind() == LobeKind::Delta) => Order::DELTA,
         _ => Order::OTHER,
     };
     kind as u8

@@ -1,6 +1,8 @@
 //! Materials: what makes a [`Bsdf`] of a point.
 
-use crate::bxdf::{Bsdf, Bxdf, Coat, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Mirror, Plastic};
+use crate::bxdf::{
+    Bsdf, Bxdf, Coat, ComplexIor, Conductor, Dielectric, DielectricWay, Diffuse, Horizon, Mirror, Plastic,
+};
 use crate::core::Rgb;
 use glam::Vec3;
 
@@ -149,11 +151,11 @@ impl Material {
                 bsdf.add(Bxdf::Plastic(Plastic::new(base.at(p), *coat)));
             }
             Specular::Dielectric { reflectance, transmittance, eta } => {
-                bsdf.add(Bxdf::Dielectric(Dielectric {
-                    reflectance: reflectance.at(p),
-                    transmittance: transmittance.at(p),
-                    eta: *eta,
-                }));
+                let ways =
+                    [(DielectricWay::Transmission, transmittance), (DielectricWay::Reflection, reflectance)];
+                for (way, colour) in ways {
+                    bsdf.add(Bxdf::Dielectric(Dielectric { way, colour: colour.at(p), eta: *eta }));
+                }
             }
         }
         bsdf

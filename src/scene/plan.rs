@@ -49,6 +49,8 @@ pub struct Plan {
     pub portals: bool,
     /// Whether edges of emitters that the camera sees get rays of their own.
     pub emitter_edges: bool,
+    /// Whether paths go both ways at glass.
+    pub splits_glass: bool,
     /// Whether samples are shared out by noise.
     pub shares_out: bool,
     /// Whether rays say what they must not hit: else an accelerator need not be ready for it.
@@ -103,6 +105,7 @@ impl Plan {
                 && has_diffuse
                 && scene.lights.environment.is_some(),
             emitter_edges: settings.emitter_edges && has_emitters,
+            splits_glass: settings.split_glass && bounces && used().any(is_glass),
             shares_out: settings.shares_out(settings.spp),
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
         }
@@ -162,6 +165,11 @@ impl Plan {
             "rays for edges of emitters (no shape emits, or none are wanted)",
         );
         say(
+            self.splits_glass,
+            "paths go both ways at glass",
+            "going both ways at glass (there is none to go through, or it is not wanted)",
+        );
+        say(
             self.needs_skip,
             "rays skip the surface that they leave",
             "the skip rule (no ray leaves a surface, or the offset alone is asked for)",
@@ -201,6 +209,10 @@ fn is_delta(material: &Material) -> bool {
         Specular::Conductor { alpha, .. } => Ggx { alpha }.is_smooth(),
         Specular::None | Specular::CosinePower { .. } | Specular::Plastic { .. } => false,
     }
+}
+
+fn is_glass(material: &Material) -> bool {
+    matches!(material.specular, Specular::Dielectric { .. })
 }
 
 /// The most glossy rays per camera ray: all hits glossy, to the greatest depth. `None` if there is none.

@@ -46,6 +46,7 @@ impl Preset {
             guiding: false,
             portals: false,
             emitter_edges: false,
+            split_glass: false,
             highlights: false,
             clamp_indirect: None,
             adaptive: false,

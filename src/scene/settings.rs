@@ -231,6 +231,8 @@ pub struct Settings {
     pub portals: bool,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
     pub emitter_edges: bool,
+    /// Whether paths go both ways at glass, as long as each way carries enough, and not by chance one: unbiased.
+    pub split_glass: bool,
     /// Whether lights are sampled for glossy lobes. Without, a glossy surface shows the mean of what its rays see, as
     /// the lecture has it, and point and directional lights, which no ray can hit, do not shine on it.
     pub highlights: bool,
@@ -281,6 +283,7 @@ impl Default for Settings {
             guiding: true,
             portals: true,
             emitter_edges: true,
+            split_glass: true,
             highlights: true,
             clamp_indirect: None,
             adaptive: true,

@@ -69,6 +69,7 @@ pub fn base(scene: &Scene, engine: Engine, spp: u32) -> Way {
         .with("settings.guiding", scene.settings.guiding)
         .with("settings.portals", scene.settings.portals)
         .with("settings.emitter_edges", scene.settings.emitter_edges)
+        .with("settings.split_glass", scene.settings.split_glass)
         .with("settings.adaptive", scene.settings.adaptive)
 }
 

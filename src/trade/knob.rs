@@ -33,6 +33,8 @@ pub enum Knob {
     Portals,
     /// Whether edges of lamps that the camera sees get rays of their own
     EmitterEdges,
+    /// Whether paths go both ways at glass
+    SplitGlass,
     /// The same samples everywhere, or where the noise is
     Adaptive,
     /// The most radiance that light reflected more than once brings a sample
@@ -54,7 +56,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -67,6 +69,7 @@ impl Knob {
         Self::Guiding,
         Self::Portals,
         Self::EmitterEdges,
+        Self::SplitGlass,
         Self::Adaptive,
         Self::Clamp,
         Self::Occlusion,
@@ -110,6 +113,7 @@ impl Knob {
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
+            Self::SplitGlass if !has_glass(scene) => Some("there is no glass to go through"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
             _ => None,
@@ -137,6 +141,7 @@ impl Knob {
             Self::Guiding => on_and_off(base, "settings.guiding"),
             Self::Portals => on_and_off(base, "settings.portals"),
             Self::EmitterEdges => on_and_off(base, "settings.emitter_edges"),
+            Self::SplitGlass => on_and_off(base, "settings.split_glass"),
             Self::Adaptive => adaptive(base),
             Self::Clamp => clamps(base),
             Self::Occlusion => {
@@ -178,6 +183,11 @@ fn name(value: &impl ValueEnum) -> String {
 fn has_cosine_power(scene: &Scene) -> bool {
     let mut used = scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
     used.any(|material| matches!(material.specular, Specular::CosinePower { .. }))
+}
+
+fn has_glass(scene: &Scene) -> bool {
+    let mut used = scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
+    used.any(|material| matches!(material.specular, Specular::Dielectric { .. }))
 }
 
 /// Policies by name; those with `!` before it may be biased.

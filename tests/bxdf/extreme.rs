@@ -3,7 +3,7 @@
 use super::lobes::{self, HORIZONS, about, incidence, leaning};
 use super::oracle::just_below_90;
 use super::stat::pairs;
-use gloss::bxdf::{Bxdf, CosinePower, Incidence, LobeKind};
+use gloss::bxdf::{Bxdf, CosinePower, DielectricWay, Incidence, LobeKind};
 use gloss::core::{Rgb, Vec3, warp};
 
 const EXPONENTS: [f32; 9] = [0.0, 1e-3, 1.0, 1e2, 1e5, 1e7, 1e9, 1e13, f32::INFINITY];
@@ -43,8 +43,9 @@ fn check(bxdf: &Bxdf, at: &Incidence, what: &str) {
         assert!(fine_rgb(s.weight) && s.weight.max_channel() < bound, "{what} {u:?}: {s:?}");
         assert!(if delta { s.pdf == f32::INFINITY } else { s.pdf.is_finite() }, "{what} {u:?}: {s:?}");
         assert!((s.wi.length() - 1.0).abs() < 2e-7, "{what} {u:?}: {s:?}");
-        let transmits = matches!(bxdf, Bxdf::Dielectric(_));
-        assert!(at.ng.dot(s.wi) > 0.0 || (transmits && at.ng.dot(s.wi) < 0.0), "{what} {u:?}: {s:?}");
+        let transmits = matches!(bxdf, Bxdf::Dielectric(lobe) if lobe.way == DielectricWay::Transmission);
+        let height = if transmits { -at.ng.dot(s.wi) } else { at.ng.dot(s.wi) };
+        assert!(height > 0.0, "{what} {u:?}: {s:?}");
         directions.push(s.wi);
     }
     for wi in directions {

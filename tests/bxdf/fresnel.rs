@@ -2,9 +2,8 @@
 
 use super::lobes::{COPPER, incidence};
 use super::oracle::simpson;
-use super::stat::{mean, pairs};
 use gloss::bxdf::fresnel::{conductor, dielectric, diffuse_average};
-use gloss::bxdf::{Bxdf, Conductor, Dielectric, Incidence};
+use gloss::bxdf::{Bxdf, Conductor, Dielectric, DielectricWay, Incidence};
 use gloss::core::Rgb;
 
 fn cos_deg(theta: f64) -> f32 {
@@ -131,27 +130,32 @@ fn the_diffuse_average_is_the_integral() {
 }
 
 #[test]
-fn glass_conserves_power_and_chooses_by_reflectance() {
-    let bxdf = Bxdf::Dielectric(Dielectric { reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, eta: 1.5 });
+fn glass_shares_power_by_reflectance_and_bends_by_snells_law() {
+    let way = |way| Bxdf::Dielectric(Dielectric { way, colour: Rgb::WHITE, eta: 1.5 });
+    let (reflection, transmission) = (way(DielectricWay::Reflection), way(DielectricWay::Transmission));
     for front in [true, false] {
         for theta in [0.0, 30.0, 41.0, 42.0, 60.0, 85.0] {
             let at = Incidence { front, ..incidence(theta) };
             let eta = if front { 1.5f32 } else { 1.0 / 1.5 };
-            let exact = f64::from(dielectric(at.n.dot(at.wo), eta).0);
-            let reflects = |u| bxdf.sample(&at, u).expect("glass drops nothing").wi.dot(at.ng) > 0.0;
-            mean(pairs(61, 20_000).map(|u| f64::from(u8::from(reflects(u)))))
-                .assert_is(exact, "reflected share");
-            for u in pairs(62, 200) {
-                let s = bxdf.sample(&at, u).expect("glass drops nothing");
-                let transmitted = s.wi.dot(at.ng) < 0.0;
-                // Radiance gains the square of the index that it enters; power stays.
-                let power = if transmitted { s.weight.r * eta * eta } else { s.weight.r };
-                assert!((power - 1.0).abs() < 1e-6, "{power}");
-                let side = |w: gloss::core::Vec3| w - at.n * at.n.dot(w);
-                let snell =
-                    if transmitted { side(s.wi) * eta + side(at.wo) } else { side(s.wi) + side(at.wo) };
-                assert!(snell.length() < 1e-6, "{theta} {front}: {snell}");
-            }
+            let (exact, _) = dielectric(at.n.dot(at.wo), eta);
+            let side = |w: gloss::core::Vec3| w - at.n * at.n.dot(w);
+
+            let back = reflection.sample(&at, [0.3, 0.7]).expect("every boundary reflects");
+            close(back.weight.g, f64::from(exact), 1e-7);
+            assert!(back.wi.dot(at.ng) > 0.0);
+            assert!((side(back.wi) + side(at.wo)).length() < 1e-6, "{theta} {front}");
+            assert_eq!(reflection.albedo(&at), back.weight);
+
+            let Some(through) = transmission.sample(&at, [0.3, 0.7]) else {
+                assert!(exact == 1.0 && transmission.albedo(&at).is_black(), "{theta} {front}");
+                continue;
+            };
+            // Radiance gains the square of the index that it enters; power stays.
+            close(through.weight.g * eta * eta, f64::from(1.0 - exact), 1e-6);
+            close(transmission.albedo(&at).g, f64::from(1.0 - exact), 1e-7);
+            assert!(through.wi.dot(at.ng) < 0.0);
+            let snell = side(through.wi) * eta + side(at.wo);
+            assert!(snell.length() < 1e-6, "{theta} {front}: {snell}");
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::oracle;
 use gloss::bxdf::{
-    Bxdf, Coat, ComplexIor, Conductor, Dielectric, Diffuse, Horizon, Incidence, Mirror, Plastic,
+    Bxdf, Coat, ComplexIor, Conductor, Dielectric, DielectricWay, Diffuse, Horizon, Incidence, Mirror,
+    Plastic,
 };
 use gloss::core::{Frame, Rgb, Vec3};
 
@@ -94,8 +95,8 @@ pub(crate) fn spread() -> Vec<Case> {
 
 /// Every kind of delta lobe.
 pub(crate) fn deltas() -> Vec<(&'static str, Bxdf)> {
-    let glass =
-        |eta| Bxdf::Dielectric(Dielectric { reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, eta });
+    let glass = |way, eta| Bxdf::Dielectric(Dielectric { way, colour: Rgb::WHITE, eta });
+    let [back, through] = [DielectricWay::Reflection, DielectricWay::Transmission];
     vec![
         ("mirror", Bxdf::Mirror(Mirror { reflectance: REFLECTANCE })),
         ("e = inf", Bxdf::cosine_power(REFLECTANCE, f32::INFINITY, Horizon::Fold)),
@@ -103,9 +104,12 @@ pub(crate) fn deltas() -> Vec<(&'static str, Bxdf)> {
             "smooth copper",
             Bxdf::Conductor(Conductor { reflectance: Rgb::WHITE, ior: Some(COPPER), alpha: 0.0 }),
         ),
-        ("glass", glass(1.5)),
-        ("air in glass", glass(1.0 / 1.5)),
-        ("nothing", glass(1.0)),
+        ("reflection of glass", glass(back, 1.5)),
+        ("transmission of glass", glass(through, 1.5)),
+        ("reflection of air in glass", glass(back, 1.0 / 1.5)),
+        ("transmission of air in glass", glass(through, 1.0 / 1.5)),
+        ("reflection of nothing", glass(back, 1.0)),
+        ("transmission of nothing", glass(through, 1.0)),
     ]
 }
 

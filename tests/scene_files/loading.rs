@@ -99,12 +99,14 @@ fn every_kind_of_material_makes_its_lobe() {
         ("type = \"conductor\"\nexponent = inf", LobeKind::Delta),
         ("type = \"conductor\"\neta = [0.2, 0.9, 1.1]\nk = [3.9, 2.4, 2.1]\nalpha = 0", LobeKind::Delta),
         ("type = \"plastic\"", LobeKind::Glossy),
-        ("type = \"dielectric\"", LobeKind::Delta),
     ] {
         let scene = scene(&format!("[materials.m]\n{text}"));
         let kinds: Vec<_> = scene.materials[0].bsdf(Vec3::ZERO).lobes().iter().map(|l| l.kind()).collect();
         assert_eq!(kinds, [kind], "{text}");
     }
+    // Glass has a lobe for each way.
+    let glass = scene("[materials.m]\ntype = \"dielectric\"").materials[0].bsdf(Vec3::ZERO);
+    assert!(glass.lobes().len() == 2 && glass.lobes().iter().all(|lobe| lobe.kind() == LobeKind::Delta));
     // The cosine power e is about as wide as the roughness 1 / sqrt(2 e).
     let plastic = scene("[materials.m]\ntype = \"plastic\"\nexponent = 50").materials[0].specular;
     let Specular::Plastic { coat, .. } = plastic else { panic!("{plastic:?}") };

@@ -45,6 +45,8 @@ pub struct SettingsDesc {
     pub portals: Option<bool>,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
     pub emitter_edges: Option<bool>,
+    /// Whether paths go both ways at glass, as long as each way carries enough, and not by chance one: unbiased.
+    pub split_glass: Option<bool>,
     /// Whether lights are sampled for glossy lobes; without, those show the mean of what their rays see.
     pub highlights: Option<bool>,
     /// The most radiance that light that was reflected more than once may bring a sample, per way that it took: less
@@ -83,6 +85,7 @@ impl SettingsDesc {
             guiding: self.guiding.unwrap_or(preset.guiding),
             portals: self.portals.unwrap_or(preset.portals),
             emitter_edges: self.emitter_edges.unwrap_or(preset.emitter_edges),
+            split_glass: self.split_glass.unwrap_or(preset.split_glass),
             adaptive: self.adaptive.unwrap_or(preset.adaptive),
             aovs: self.aovs.clone().unwrap_or(preset.aovs),
             occlusion: self.occlusion.unwrap_or(preset.occlusion),
