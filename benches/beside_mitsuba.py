@@ -400,7 +400,7 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("target/beside-mitsuba"))
-    args = parser.parse_args()
+    args = parser.parse_intermixed_args()
     if args.seeds < 2:
         parser.error("--seeds: errors need at least 2")
     gloss, out = args.gloss.resolve(), args.out.resolve()

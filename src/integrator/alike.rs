@@ -2,85 +2,56 @@
 //! It is the ordinary case, which takes none of the turns that `vertex`, `bounce` and `direct` know of. What comes of a
 //! surface here is what would come of it there, to the bit.
 
-use super::bounce::{Dimension, most_survivors, share_of_survivors};
+use super::bounce::most_survivors;
+use super::bounced::Guides;
 use super::direct::{bounded_by, power_heuristic};
-use super::eight::{Eight, Lane, Pairs};
-use super::guided::{mix, unguided, within};
+use super::eight::{Eight, Pairs};
+use super::guided::{mix, within};
 use super::lobes::Lobes;
 use super::order::Order;
-use super::path::Path;
-use super::tally::RayClass;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
-use crate::bxdf::{Bxdf, Diffuse, LobeKind};
-use crate::core::lanes::{Colours, Floats, LANES, Vectors};
+use crate::bxdf::{Bxdf, LobeKind};
+use crate::core::lanes::{Colours, Floats, LANES};
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Rivals, Scene};
 use glam::Vec3;
 
-/// The numbers of one ray of each of eight surfaces.
-struct Numbers {
-    /// What they are indexed by: see [`Path::index`].
-    index: [u32; LANES],
-    lobe: Pairs,
-    /// The number by which the path ends; negative where it does not end by chance.
-    survival: Floats,
-}
-
 /// What has come to up to eight surfaces.
 #[derive(Default)]
-struct Arrived {
+pub(super) struct Arrived {
     /// How many.
-    count: usize,
+    pub count: usize,
     /// The paths' weights.
-    beta: Colours,
+    pub beta: Colours,
     /// See [`Path::favour`].
-    favour: Floats,
+    pub favour: Floats,
     /// Where it goes no further.
     ends: [bool; LANES],
     /// The greatest share that survives.
-    most: Floats,
+    pub most: Floats,
     /// What no channel of reflected light may exceed.
     bound: Floats,
     /// Who looks for light beside samples of lights: the lobes, where each that takes light from lights has rays that may
     /// find it.
-    rivals: [Rivals; LANES],
+    pub rivals: [Rivals; LANES],
 }
 
 /// One lobe of each of eight surfaces, and its rays.
-struct Part<'a> {
+pub(super) struct Part<'a> {
     /// Its number among the lobes.
-    number: usize,
-    lobes: &'a Lobes,
+    pub number: usize,
+    pub lobes: &'a Lobes,
     /// Rays of each surface where any leave.
-    rays: u32,
+    pub rays: u32,
     /// Where they leave.
-    leave: [bool; LANES],
+    pub leave: [bool; LANES],
     /// Their expected number.
-    rate: Floats,
+    pub rate: Floats,
     /// Whether samples of lights are taken for it.
-    takes_light: bool,
+    pub takes_light: bool,
     /// The numbers of the only ray, where they are what was left by the choice of the lobe.
-    chosen: Option<Pairs>,
-}
-
-/// What guides do to rays that leave eight surfaces.
-struct Guides {
-    /// The share of rays that ask the guide: 0 where there is none.
-    share: Floats,
-    /// The density of the guide towards the light, in 1/sr.
-    towards_light: Floats,
-    /// The density of the guide along the ray, in 1/sr.
-    along_ray: Floats,
-}
-
-/// Rays that leave eight surfaces.
-struct Bounced {
-    wi: Vectors,
-    /// The weights of what they will find; black where there is no ray.
-    beta: Colours,
-    favour: Floats,
-    pdf: Floats,
+    pub chosen: Option<Pairs>,
 }
 
 /// Eight surfaces, what has come to them, and where what leaves them goes.
@@ -363,93 +334,6 @@ impl Integrator<'_> {
         Part { number, lobes, rays, leave, rate, takes_light, chosen: None }
     }
 
-    /// The numbers of ray `number` of a part of each surface.
-    #[inline(always)]
-    fn numbers_alike(&self, eight: &Eight, part: &Part, number: u32) -> Numbers {
-        let mut numbers =
-            Numbers { index: [0; LANES], lobe: part.chosen.unwrap_or(eight.lobe), survival: [-1.0; LANES] };
-        for (lane, path) in eight.from.iter().enumerate() {
-            numbers.index[lane] = path.index_of(number, part.rays);
-        }
-        if part.rays > 1 || part.number > 0 && part.chosen.is_none() {
-            numbers.lobe = eight.draw_at(Dimension::Lobe(part.number), numbers.index);
-        }
-        for (lane, path) in eight.from.iter().enumerate() {
-            if path.depth >= self.roulette_from {
-                let lane_drawn = Lane { eight, lane };
-                numbers.survival[lane] = match part.rays {
-                    1 => lane_drawn.survival(),
-                    _ => lane_drawn.sampler().single(numbers.index[lane], Dimension::Survival.at(path.depth)),
-                };
-            }
-        }
-        numbers
-    }
-
-    /// The rays that leave by these `numbers`, and what guides have to do with them and with samples of `lights`.
-    #[inline(always)]
-    fn bounced(
-        &self,
-        (eight, part): (&Eight, &Part),
-        arrived: &Arrived,
-        numbers: &Numbers,
-        lights: &EightSamples,
-    ) -> (Bounced, Guides) {
-        let (mut guides, mut cells) = (Guides::NONE, [None; LANES]);
-        if let (Some(caustics), Lobes::Diffuse(_)) = (self.caustics, part.lobes) {
-            for lane in 0..LANES {
-                if let (Some(number), true) = (eight.guides[lane], part.rate[lane] > 0.0) {
-                    let cell = caustics.cell(number);
-                    (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
-                }
-            }
-        }
-        let [x, y] = &numbers.lobe;
-        let mut of_lobe = Floats::default();
-        for lane in 0..LANES {
-            of_lobe[lane] = unguided(guides.share[lane], x[lane]);
-        }
-        let (directions, colours) = part.lobes.draw(eight.points, &[of_lobe, *y]);
-        let mut bounced = Bounced {
-            wi: directions.wi,
-            beta: Colours::default(),
-            favour: arrived.favour,
-            pdf: directions.pdf,
-        };
-        for lane in 0..LANES {
-            let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
-            let weight = colours.get(lane) * weight;
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight * part.rate[lane].recip());
-        }
-        if let (Lobes::Diffuse(reflectance), Some(_)) = (part.lobes, self.caustics) {
-            for lane in 0..LANES {
-                let Some(cell) = cells[lane] else { continue };
-                let (p, mixture) = (eight.points.p.get(lane), &cell.mixture);
-                if x[lane] < cell.share {
-                    let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
-                    bounced.wi.set(lane, wi);
-                }
-                [guides.towards_light[lane], guides.along_ray[lane]] =
-                    mixture.pdfs(p, [lights.wi.get(lane), bounced.wi.get(lane)]);
-            }
-            guides.weigh(reflectance, eight.points, (arrived, &part.rate), &mut bounced);
-        }
-        bounced.end_by_chance(arrived, &numbers.survival);
-        (bounced, guides)
-    }
-
-    /// Finds the densities of guides along other directions to lights.
-    #[inline(always)]
-    fn look_towards(&self, wi: &Vectors, eight: &Eight, guides: &mut Guides) {
-        for lane in 0..LANES {
-            let guide = eight.guides[lane].filter(|_| guides.share[lane] > 0.0);
-            if let (Some(caustics), Some(number)) = (self.caustics, guide) {
-                let mixture = &caustics.cell(number).mixture;
-                guides.towards_light[lane] = mixture.pdf(eight.points.p.get(lane), wi.get(lane));
-            }
-        }
-    }
-
     /// Adds what samples of lights bring, of which all lobes together reflect so much.
     #[inline(always)]
     fn light_alike(
@@ -486,47 +370,6 @@ impl Integrator<'_> {
             } else {
                 out.add(path, radiance);
             }
-        }
-    }
-
-    /// Sends the rays that leave.
-    #[inline(always)]
-    fn bounce_alike(
-        &self,
-        (eight, part): (&Eight, &Part),
-        arrived: &Arrived,
-        (numbers, bounced): (&Numbers, &Bounced),
-        out: &mut Outgoing,
-    ) {
-        let (points, self_hit) = (eight.points, self.scene.settings.self_hit);
-        let (class, glossy) = match part.lobes.kind() {
-            LobeKind::Diffuse => (RayClass::Diffuse, 0),
-            _ => (RayClass::Glossy, 1),
-        };
-        let origins = points.starts(&bounced.wi, self_hit);
-        for lane in 0..arrived.count {
-            let (path, beta) = (eight.from[lane], bounced.beta.get(lane));
-            if !part.leave[lane] || beta.is_black() {
-                continue;
-            }
-            let child = Path {
-                beta,
-                favour: bounced.favour[lane],
-                index: numbers.index[lane],
-                depth: path.depth + 1,
-                glossy_depth: path.glossy_depth + glossy,
-                split: if self.splits_any { 1 } else { path.split },
-                rate: if part.takes_light { bounced.pdf[lane] * part.rate[lane] } else { f32::INFINITY },
-                receiver_n: points.n.get(lane),
-                rivals: arrived.rivals[lane],
-                portal: eight.portals[lane],
-                emission_only: false,
-                emission_apart: false,
-                followed: false,
-                ..*path
-            };
-            let ray = points.ray(lane, origins.get(lane), bounced.wi.get(lane), self_hit);
-            out.next.push(class, child, ray);
         }
     }
 }
@@ -575,52 +418,6 @@ impl Part<'_> {
             sum.set(lane, sum.get(lane) + f_cos.get(lane) * weight);
         }
         *reflected = sum;
-    }
-}
-
-impl Guides {
-    const NONE: Self = Self { share: [0.0; LANES], towards_light: [0.0; LANES], along_ray: [0.0; LANES] };
-
-    /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
-    #[inline(always)]
-    fn weigh(
-        &self,
-        reflectance: &Colours,
-        points: &Interactions,
-        (arrived, rate): (&Arrived, &Floats),
-        bounced: &mut Bounced,
-    ) {
-        let Interactions { n, ng, .. } = *points;
-        let (mut betas, mut favours, mut pdfs) = (bounced.beta, bounced.favour, bounced.pdf);
-        for lane in 0..LANES {
-            let alone = Diffuse::density(n.get(lane), ng.get(lane), bounced.wi.get(lane));
-            let pdf = mix(self.share[lane], self.along_ray[lane], alone);
-            let guided = self.share[lane] > 0.0;
-            // Where nothing is reflected, the density may be zero too.
-            let weight = reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
-            let beta = arrived.beta.get(lane) * weight * rate[lane].recip();
-            let favour = arrived.favour[lane] * (pdf / alone);
-            betas.set(lane, if guided { beta } else { betas.get(lane) });
-            favours[lane] = if guided { favour } else { favours[lane] };
-            pdfs[lane] = if guided { pdf } else { pdfs[lane] };
-        }
-        (bounced.beta, bounced.favour, bounced.pdf) = (betas, favours, pdfs);
-    }
-}
-
-impl Bounced {
-    /// Ends rays by chance, where they may end; the others stand for them.
-    #[inline(always)]
-    fn end_by_chance(&mut self, arrived: &Arrived, survival: &Floats) {
-        let mut betas = self.beta;
-        for lane in 0..LANES {
-            let (beta, number) = (betas.get(lane), survival[lane]);
-            let share = share_of_survivors(beta, self.favour[lane], arrived.most[lane]);
-            let ends = number >= share;
-            let scale = if number < 0.0 { 1.0 } else { share.recip() };
-            betas.set(lane, if ends { Rgb::BLACK } else { beta * scale });
-        }
-        self.beta = betas;
     }
 }
 
