@@ -178,8 +178,9 @@ impl Leaving {
 impl Integrator<'_> {
     /// Decides which rays leave a surface that `path` has reached, of which `leaving` has none yet.
     ///
-    /// A lobe that splits gets its rays and every other lobe one; otherwise one lobe is chosen, by the two numbers of
-    /// `choice` in `[0, 1)`, in proportion to its albedo.
+    /// A lobe that splits gets its rays and every other lobe one, as do both ways of glass while each [carries
+    /// enough](Self::goes_all_ways); otherwise one lobe is chosen, by the two numbers of `choice` in `[0, 1)`, in proportion to
+    /// its albedo.
     #[inline(always)]
     pub(super) fn plan_rays(
         &self,

@@ -1,7 +1,7 @@
 //! What denoisers are told of a camera sample: the surface that it shows, which may stand in a mirror.
 //!
 //! A surface is looked through if its sharp lobes reflect at least half of its light. From there the path's own ray of
-//! a sharp lobe is followed (the first one where a hit splits), so that nothing is traced for this. Where that ray does
+//! a sharp lobe is followed (the first one where a hit splits; at glass that of the way that shows more), so that nothing is traced for this. Where that ray does
 //! not leave, because another lobe was chosen or the path ends, the surface itself is told of.
 
 use super::bounce::Leaving;
