@@ -7,8 +7,8 @@ use gloss::film::Film;
 use gloss::scene::{Override, load};
 use std::path::Path;
 
-const SCENES: [&str; 8] =
-    ["boxes", "checker-sphere", "cornell-glossy", "daylight", "lemon", "mesh", "mirror-room", "rim"];
+const SCENES: [&str; 9] =
+    ["boxes", "checker-sphere", "cornell-glossy", "daylight", "glass", "lemon", "mesh", "mirror-room", "rim"];
 
 /// A shipped scene, small and with overrides.
 fn small(name: &str, overrides: &[(&str, &str)]) -> Film {
@@ -94,4 +94,17 @@ fn splitting_candidates_guiding_and_roulette_change_the_noise_and_not_the_pictur
         let long = with(&[("settings.max_depth", "12"), ("settings.at_max_depth", "roulette")]);
         assert_equal_within_noise(&plain, &long, &format!("{name}: roulette from 4 and from 12"));
     }
+}
+
+#[test]
+fn paths_that_go_both_ways_at_glass_and_photons_change_the_noise_and_not_the_picture() {
+    let common = [("settings.spp", "192"), ("settings.max_depth", "6"), ("settings.at_max_depth", "black")];
+    let with = |overrides: &[(&str, &str)]| small("glass", &[&common[..], overrides].concat());
+    let both = with(&[]);
+    let one = with(&[("settings.split_glass", "false")]);
+    assert_equal_within_noise(&both, &one, "both ways or one");
+    let unguided = with(&[("settings.guiding", "false")]);
+    assert_equal_within_noise(&both, &unguided, "guided or not");
+    let noise = |film: &Film| film.pixels.iter().map(|p| p.variance_of_mean()).sum::<f64>();
+    assert!(noise(&both) < 0.8 * noise(&one), "{} and {}", noise(&both), noise(&one));
 }
