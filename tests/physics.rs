@@ -412,3 +412,37 @@ fn a_pane_of_tinted_glass_lets_through_its_closed_form_whether_paths_go_both_way
     // Chance is left where the light has met three faces.
     assert!(both < 0.3 * one, "standard errors {both} and {one}");
 }
+
+#[test]
+fn paths_end_where_glass_gives_back_more_light_than_arrives() {
+    // A ball of such glass in a mirrored one: no ray gets out, and each way from the glass carries all that arrived.
+    let text = r#"
+        [settings]
+        spp = 1
+        max_depth = 200
+        at_max_depth = "black"
+        roulette_from = 4294967295
+        [camera]
+        eye = [0, 0, 0.7]
+        look_at = [0, 0, 0]
+        resolution = [2, 2]
+        fov_deg = 20
+        [materials.glass]
+        type = "dielectric"
+        eta = 1.5
+        reflectance = 25
+        transmittance = 1.05
+        [materials.mirror]
+        type = "mirror"
+        kr = 1
+        [[shapes]]
+        type = "sphere"
+        radius = 0.5
+        material = "glass"
+        [[shapes]]
+        type = "sphere"
+        radius = 1
+        material = "mirror"
+        "#;
+    assert!(picture(&scene(text)).film.pixels.iter().all(|pixel| pixel.mean().is_black()));
+}

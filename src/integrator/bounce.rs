@@ -241,6 +241,7 @@ impl Integrator<'_> {
     fn goes_all_ways(&self, path: &Path, at: &Incidence, bsdf: &Bsdf) -> bool {
         let carries = |bxdf: &Bxdf| (path.beta * bxdf.albedo(at)).max_channel() >= LEAST_WAY;
         self.scene.settings.split_glass
+            && path.depth < LAST_TO_SPLIT
             && bsdf.lobes().iter().all(|bxdf| bxdf.kind() == LobeKind::Delta && carries(bxdf))
     }
 
@@ -388,6 +389,10 @@ const DIM: f32 = 1.0 / 3.0;
 /// What a way from glass must carry of what the camera sample shows, for both ways to be followed: since the ways share it,
 /// there are at most a hundred.
 const LEAST_WAY: f32 = 0.01;
+
+/// The reflections after which paths go one way at glass, whatever it carries: where glass gives back more light than arrives, as
+/// some is said to, ways would never get less.
+const LAST_TO_SPLIT: u32 = 10;
 
 /// However bright a path is, some of its kind must end, or a closed room of perfect mirrors would hold it for ever.
 const MAX_SURVIVAL: f32 = 0.99;
