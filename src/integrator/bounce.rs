@@ -387,7 +387,7 @@ impl Integrator<'_> {
 const DIM: f32 = 1.0 / 3.0;
 
 /// What a way from glass must carry of what the camera sample shows, for both ways to be followed: since the ways share it,
-/// there are at most a hundred.
+/// there are about a hundred at most.
 const LEAST_WAY: f32 = 0.01;
 
 /// The reflections after which paths go one way at glass, whatever it carries: where glass gives back more light than arrives, as

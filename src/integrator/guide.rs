@@ -1,8 +1,9 @@
 //! What denoisers are told of a camera sample: the surface that it shows, which may stand in a mirror.
 //!
 //! A surface is looked through if its sharp lobes reflect at least half of its light. From there the path's own ray of
-//! a sharp lobe is followed (the first one where a hit splits; at glass that of the way that shows more), so that nothing is traced for this. Where that ray does
-//! not leave, because another lobe was chosen or the path ends, the surface itself is told of.
+//! a sharp lobe is followed (the first one where a hit splits; at glass that of the way that shows more), so that nothing
+//! is traced for this. Where that ray does not leave, because another lobe was chosen or the path ends, the surface itself
+//! is told of.
 
 use super::bounce::Leaving;
 use super::path::Path;
@@ -50,11 +51,10 @@ impl Integrator<'_> {
             if lobe.is_sharp(SHARP_ALPHA) {
                 let albedo = lobe.albedo(&point.at);
                 sharp += albedo;
-                if leaving.count[number] > 0 {
-                    with_rays += albedo.luminance();
-                    if albedo.luminance() > most {
-                        (followed, most) = (Some(number), albedo.luminance());
-                    }
+                let shown = if leaving.count[number] > 0 { albedo.luminance() } else { 0.0 };
+                with_rays += shown;
+                if shown > most {
+                    (followed, most) = (Some(number), shown);
                 }
             } else {
                 other += lobe.albedo(&point.at);

@@ -23,6 +23,8 @@ pub struct Plan {
     pub has_glossy: bool,
     /// Whether a surface is a mirror or smooth glass.
     pub has_delta: bool,
+    /// Whether a surface is smooth glass.
+    pub has_glass: bool,
     /// Whether a shape emits.
     pub has_emitters: bool,
     /// Whether rays go on from surfaces.
@@ -64,6 +66,7 @@ impl Plan {
         let used = || scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
         let has_diffuse = used().any(|m| m.diffuse.is_some());
         let (has_glossy, has_delta) = (used().any(is_glossy), used().any(is_delta));
+        let has_glass = used().any(|m| matches!(m.specular, Specular::Dielectric { .. }));
         let has_emitters = used().any(|m| m.emission.is_some());
         let has_lobes = has_diffuse || has_glossy || has_delta;
         let goes_on = settings.max_depth > 0 || settings.at_max_depth == AtMaxDepth::Roulette;
@@ -79,6 +82,7 @@ impl Plan {
             has_diffuse,
             has_glossy,
             has_delta,
+            has_glass,
             has_emitters,
             bounces,
             split: if can_split { settings.glossy_samples.at(0) } else { 1 },
@@ -105,7 +109,7 @@ impl Plan {
                 && has_diffuse
                 && scene.lights.environment.is_some(),
             emitter_edges: settings.emitter_edges && has_emitters,
-            splits_glass: settings.split_glass && bounces && used().any(is_glass),
+            splits_glass: settings.split_glass && bounces && has_glass,
             shares_out: settings.shares_out(settings.spp),
             needs_skip: settings.self_hit != SelfHit::Offset && (bounces || lights.shadows),
         }
@@ -209,10 +213,6 @@ fn is_delta(material: &Material) -> bool {
         Specular::Conductor { alpha, .. } => Ggx { alpha }.is_smooth(),
         Specular::None | Specular::CosinePower { .. } | Specular::Plastic { .. } => false,
     }
-}
-
-fn is_glass(material: &Material) -> bool {
-    matches!(material.specular, Specular::Dielectric { .. })
 }
 
 /// The most glossy rays per camera ray: all hits glossy, to the greatest depth. `None` if there is none.

@@ -113,7 +113,7 @@ impl Knob {
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
-            Self::SplitGlass if !has_glass(scene) => Some("there is no glass to go through"),
+            Self::SplitGlass if !plan.has_glass => Some("there is no glass to go through"),
             Self::EmbreeMode if base.engine.backend != Backend::Embree => Some("the backend is not Embree"),
             Self::Backend if !embree => Some("this program was built without Embree"),
             _ => None,
@@ -183,11 +183,6 @@ fn name(value: &impl ValueEnum) -> String {
 fn has_cosine_power(scene: &Scene) -> bool {
     let mut used = scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
     used.any(|material| matches!(material.specular, Specular::CosinePower { .. }))
-}
-
-fn has_glass(scene: &Scene) -> bool {
-    let mut used = scene.geometries.iter().map(|g| &scene.materials[g.material as usize]);
-    used.any(|material| matches!(material.specular, Specular::Dielectric { .. }))
 }
 
 /// Policies by name; those with `!` before it may be biased.
