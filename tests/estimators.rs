@@ -91,6 +91,14 @@ fn splitting_candidates_guiding_and_roulette_change_the_noise_and_not_the_pictur
         );
         let unguided = with(&[("settings.guiding", "false")]);
         assert_equal_within_noise(&plain, &unguided, &format!("{name}: guided or not"));
+        for guiding in ["always", "never"] {
+            let guided = with(&[("settings.indirect_guiding", guiding)]);
+            assert_equal_within_noise(
+                &plain,
+                &guided,
+                &format!("{name}: guided to reflected light {guiding}"),
+            );
+        }
         let long = with(&[("settings.max_depth", "12"), ("settings.at_max_depth", "roulette")]);
         assert_equal_within_noise(&plain, &long, &format!("{name}: roulette from 4 and from 12"));
     }

@@ -1,4 +1,4 @@
-//! Rays guided to caustics: the light that a mirror throws on a wall has a closed form, guided or not, with less noise.
+//! Guided rays: the light that a mirror or a bright wall throws on a floor has a closed form, guided or not, with less noise.
 
 mod common;
 
@@ -93,6 +93,90 @@ fn guided_rays_have_a_small_part_of_the_variance() {
 #[test]
 fn a_guided_picture_is_the_same_on_any_number_of_threads() {
     let scene: Scene = scene_with(MIRROR_AND_LAMP, &[("settings.spp", "8")]);
+    let on =
+        |threads| picture_on(&scene, Backend::Bvh, &RenderOptions { threads, ..Default::default() }).film;
+    assert_eq!(on(1).image(), on(3).image());
+}
+
+/// A floor under a white square that a light from below shines on, but not on the floor.
+const BRIGHT_SQUARE: &str = r#"
+    [settings]
+    max_depth = 1
+    at_max_depth = "black"
+    glossy_samples = 1
+    [camera]
+    eye = [0, 1, 3]
+    look_at = [0, 0, 0]
+    resolution = [8, 8]
+    fov_deg = 0.1
+    [materials.floor]
+    type = "diffuse"
+    cd = [0.6, 0.6, 0.6]
+    [materials.square]
+    type = "diffuse"
+    cd = [0.9, 0.9, 0.9]
+    [[shapes]]
+    type = "rect"
+    corner = [-0.1, 0, 0.1]
+    u = [0.2, 0, 0]
+    v = [0, 0, -0.2]
+    material = "floor"
+    [[shapes]]
+    type = "rect"
+    corner = [0.2, 1.5, -0.8]
+    u = [0.6, 0, 0]
+    v = [0, 0, 0.6]
+    material = "square"
+    [[lights]]
+    type = "directional"
+    direction = [0, 1, 0]
+    irradiance = [20, 20, 20]
+"#;
+
+/// What the floor shows of the square: Lambert's irradiance by a polygon, edge by edge.
+fn of_square() -> f64 {
+    let corners = [[0.2, -0.8], [0.8, -0.8], [0.8, -0.2], [0.2, -0.2]]
+        .map(|[x, z]| glam::DVec3::new(x, 1.5, z).normalize());
+    let edge = |i: usize| {
+        let (a, b) = (corners[i], corners[(i + 1) % 4]);
+        a.angle_between(b) * a.cross(b).normalize().y
+    };
+    let irradiance = 0.5 * (0..4).map(edge).sum::<f64>().abs() * (0.9 * 20.0 / std::f64::consts::PI);
+    0.6 / std::f64::consts::PI * irradiance
+}
+
+fn of_floor(guiding: &str, spp: &str) -> Film {
+    let settings = [("settings.spp", spp), ("settings.indirect_guiding", guiding)];
+    picture(&scene_with(BRIGHT_SQUARE, &settings)).film
+}
+
+#[test]
+fn light_thrown_by_a_bright_wall_has_its_closed_form_with_a_small_part_of_the_variance() {
+    let films = ["never", "always", "auto"].map(|guiding| {
+        let film = of_floor(guiding, "1024");
+        assert_mean(&film, of_square(), guiding);
+        film
+    });
+    let [never, always, auto] = films.each_ref().map(|film| mean_and_error(film).1);
+    assert!(5.0 * always.powi(2) < never.powi(2), "standard errors {always} and {never}");
+    assert_eq!(auto, always, "the pilot finds it worth it");
+}
+
+#[test]
+fn a_pilot_follows_guides_where_they_are_worth_it() {
+    let settings = [("settings.spp", "4")];
+    assert!(picture(&scene_with(BRIGHT_SQUARE, &settings)).guides_indirect);
+    assert!(
+        !picture(&scene_with(BRIGHT_SQUARE, &[settings[0], ("settings.indirect_guiding", "never")]))
+            .guides_indirect
+    );
+    assert!(!picture(&scene_with(MIRROR_AND_LAMP, &settings)).guides_indirect, "there are caustics alone");
+}
+
+#[test]
+fn a_picture_guided_to_a_bright_wall_is_the_same_on_any_number_of_threads() {
+    let scene: Scene =
+        scene_with(BRIGHT_SQUARE, &[("settings.spp", "8"), ("settings.indirect_guiding", "always")]);
     let on =
         |threads| picture_on(&scene, Backend::Bvh, &RenderOptions { threads, ..Default::default() }).film;
     assert_eq!(on(1).image(), on(3).image());

@@ -270,6 +270,7 @@ impl Report<'_> {
             ("split", outcome.split.to_string()),
             ("splits_lights", outcome.splits_lights.to_string()),
             ("light_candidates", outcome.light_candidates.to_string()),
+            ("guides_indirect", outcome.guides_indirect.to_string()),
             ("stopped_by", outcome.stopped_by.name().to_owned()),
             ("seconds", format!("{:.3}", outcome.seconds)),
             ("rays", outcome.tally.all_rays().rays.to_string()),
@@ -322,6 +323,9 @@ impl Report<'_> {
             if outcome.light_candidates > 1 {
                 let count = outcome.light_candidates;
                 note(&format!("samples of lights at glossy hits are chosen among {count} candidates"));
+            }
+            if outcome.guides_indirect {
+                note("diffuse surfaces look where reflected light comes from");
             }
             note(&format!("structure: {}", bytes(accel.memory_bytes as u64)));
         }
@@ -385,6 +389,7 @@ impl Report<'_> {
             "split": outcome.split,
             "splits_lights": outcome.splits_lights,
             "light_candidates": outcome.light_candidates,
+            "guides_indirect": outcome.guides_indirect,
             "stopped_by": outcome.stopped_by,
             "seed": scene.settings.seed,
             "rays": rays,

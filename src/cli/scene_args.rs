@@ -4,8 +4,8 @@ use super::exit::{Failure, OrExit};
 use super::parse;
 use crate::bxdf::Horizon;
 use crate::scene::{
-    self, Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Override, Scene,
-    SelfHit,
+    self, Aov, AtMaxDepth, DirectLight, GlossySamples, IndirectGuiding, LightCandidates, LightSamples,
+    Override, Scene, SelfHit,
 };
 use clap::ValueEnum;
 use std::num::NonZeroU32;
@@ -73,6 +73,11 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
 
+    /// Send part of the rays of diffuse surfaces where most of the light comes from that other surfaces reflect: unbiased; auto
+    /// lets a pilot choose
+    #[arg(long, value_name = "WHEN", help_heading = SETTINGS)]
+    indirect_guiding: Option<IndirectGuiding>,
+
     /// Look for the environment through windows and doors, which rays find before the render: unbiased, and rooms with less noise
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     portals: Option<bool>,
@@ -128,6 +133,7 @@ impl SceneArgs {
             ("settings.light_samples", self.light_samples.map(name)),
             ("settings.light_candidates", self.light_candidates.map(light_candidates)),
             ("settings.guiding", self.guiding.map(|yes| yes.to_string())),
+            ("settings.indirect_guiding", self.indirect_guiding.map(name)),
             ("settings.portals", self.portals.map(|yes| yes.to_string())),
             ("settings.emitter_edges", self.emitter_edges.map(|yes| yes.to_string())),
             ("settings.split_glass", self.split_glass.map(|yes| yes.to_string())),

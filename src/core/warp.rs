@@ -5,6 +5,12 @@
 use glam::{Vec2, Vec2Swizzles, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
 
+/// The part of a number in `[low, low + width)` that it is in, in `[0, 1)`.
+#[inline(always)]
+pub fn within(u: f32, low: f32, width: f32) -> f32 {
+    ((u - low) / width).min(1.0 - 0.5 * f32::EPSILON)
+}
+
 /// Cosine and sine of an eighth of a turn at most, `|x| <= pi / 4`, to 1e-7: two roundings.
 ///
 /// Taylor's polynomials, whose next terms are below 3e-8.

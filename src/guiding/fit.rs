@@ -156,7 +156,7 @@ mod tests {
     fn photons(power: f32, wi: impl Fn(Vec3, u32) -> Vec3) -> Vec<Photon> {
         let photon = |i: u32| {
             let p = Vec3::new(i as f32 % 8.0 / 7.0 - 0.5, 0.0, (i / 8) as f32 / 7.0 - 0.5);
-            Photon { p, n: Vec3::Y, wi: wi(p, i).normalize(), power, other: None }
+            Photon { p, n: Vec3::Y, wi: wi(p, i).normalize(), power, other: None, pdf: 0.0 }
         };
         (0..64).map(photon).collect()
     }

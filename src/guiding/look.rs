@@ -88,24 +88,29 @@ impl Shooter<'_> {
     }
 
     /// Radiance of the environment along a ray, but for what is brighter than its mean: samples of lights find that.
-    fn sky(&self, ray: &Ray) -> f32 {
+    pub(super) fn sky(&self, ray: &Ray) -> f32 {
         let environment = self.scene.lights.environment.as_ref();
         environment.map_or(0.0, |sky| sky.le(ray.dir).luminance().min(self.environment_mean))
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::map::Photon;
     use super::super::reflectors::Reflectors;
     use super::*;
     use crate::accel::bvh::Bvh;
+    use crate::scene::Scene;
     use crate::scene::load::{Format, load_str};
     use glam::Vec3;
     use std::path::Path;
 
-    /// A diffuse sphere around a lamp.
+    /// A diffuse sphere around a lamp and the camera.
     const INTEGRATING_SPHERE: &str = r#"
+        [camera]
+        eye = [0.1, 0, 0]
+        look_at = [1, 0, 0]
+        resolution = [8, 8]
         [materials.wall]
         type = "diffuse"
         cd = [0.8, 0.8, 0.8]
@@ -120,14 +125,19 @@ mod tests {
         intensity = [2, 2, 2]
     "#;
 
+    /// It, with paths of so many reflections.
+    pub fn integrating_sphere(max_depth: u32, at_max_depth: &str) -> Scene {
+        let settings = format!("max_depth = {max_depth}\nat_max_depth = \"{at_max_depth}\"");
+        let text = format!("[settings]\n{settings}\n{INTEGRATING_SPHERE}");
+        load_str(&text, Format::Toml, Path::new(""), &[]).expect("the sphere loads")
+    }
+
     #[test]
     fn surfaces_see_what_has_come_by_others() {
         for (max_depth, at_max_depth, surfaces) in
             [(1, "black", 1), (3, "black", 3), (20, "black", MOST_SURFACES), (3, "roulette", MOST_SURFACES)]
         {
-            let settings = format!("max_depth = {max_depth}\nat_max_depth = \"{at_max_depth}\"");
-            let text = format!("[settings]\n{settings}\n{INTEGRATING_SPHERE}");
-            let scene = load_str(&text, Format::Toml, Path::new(""), &[]).expect("the sphere loads");
+            let scene = integrating_sphere(max_depth, at_max_depth);
             let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the sphere is built");
             let reflectors = Reflectors::of(&scene);
             let shooter = Shooter {
@@ -142,7 +152,8 @@ mod tests {
                 let ray = Ray::new(Vec3::ZERO, dir);
                 let hit = hits(&accel, std::slice::from_ref(&ray))[0].expect("the ray is inside");
                 let point = scene.interaction(&ray, &hit);
-                let photon = Photon { p: point.p, n: point.at.n, wi: -dir, power: 1.0, other: None };
+                let photon =
+                    Photon { p: point.p, n: point.at.n, wi: -dir, power: 1.0, other: None, pdf: 0.0 };
                 Landed { photon, index, point }
             };
             let mut landed: Vec<Landed> = (0..16).map(land).collect();

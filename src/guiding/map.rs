@@ -4,6 +4,7 @@ use super::fit::fit;
 use super::mixture::Mixture;
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::prefetch;
+use crate::core::warp::within;
 use crate::geometry::Aabb;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
@@ -17,11 +18,14 @@ pub struct Photon {
     pub n: Vec3,
     /// Where it came from; unit length.
     pub wi: Vec3,
-    /// Its flux; of a ray that was sent out to look for light, what it found.
+    /// Its flux; of a ray that was sent out to look for light, what it found, by how much likelier a diffuse lobe alone would have
+    /// sent it there.
     pub power: f32,
     /// Radiance that the surface shows without this light, as one sample without a guide has it; `None` where no sample was
     /// taken.
     pub other: Option<f32>,
+    /// The density with which its direction was drawn, in 1/sr; of rays that were sent out to look for light.
+    pub pdf: f32,
 }
 
 /// The guide of surfaces that are near each other and face about the same way.
@@ -35,7 +39,7 @@ pub struct Cell {
 
 /// The greatest share of rays that look for caustics: a cell that its few looks around have told wrong things then costs
 /// no more than twice the variance either way.
-const GREATEST_SHARE: f32 = 0.5;
+pub(super) const GREATEST_SHARE: f32 = 0.5;
 
 /// A share below which a guide is not worth asking.
 const LEAST_SHARE: f32 = 0.02;
@@ -44,6 +48,12 @@ const LEAST_SHARE: f32 = 0.02;
 pub(super) const SPREAD: f32 = 1.4;
 
 impl Cell {
+    /// The direction for the point `p` that the numbers `u` draw from the guide, if they ask it.
+    #[inline(always)]
+    pub fn draw(&self, p: Vec3, [x, y]: [f32; 2]) -> Option<Vec3> {
+        (x < self.share).then(|| self.mixture.sample(p, [within(x, 0.0, self.share), y]))
+    }
+
     /// The guide to the caustics of photons, for the points of `bounds`.
     pub(super) fn to_caustics(photons: &[Photon], bounds: &Aabb) -> Option<Self> {
         let caustic = photons.iter().map(|photon| photon.power).sum::<f32>() / area(photons);
@@ -73,6 +83,12 @@ impl Cell {
         let mixture = fit(photons, 0.5 * (bounds.min + bounds.max), 0.5 * bounds.size().length())?;
         Some(Self { share: share.min(greatest), mixture })
     }
+}
+
+/// What is left of a number where it does not ask the guide, which has a `share` of them.
+#[inline(always)]
+pub fn unguided(share: f32, u: f32) -> f32 {
+    within(u, share, 1.0 - share)
 }
 
 /// The area over which photons are spread: that of a disk in which points are as far from each other.
@@ -128,6 +144,8 @@ pub struct GuideMap {
 pub(super) struct Making {
     /// Photons with light of a leaf at most: as many as tell directions from noise.
     pub most: usize,
+    /// Whether those without light count too.
+    pub counts_dark: bool,
     /// The cell of the photons of a leaf, for the points of its bounds.
     pub cell: fn(&[Photon], &Aabb) -> Option<Cell>,
 }
@@ -159,7 +177,11 @@ impl GuideMap {
     fn grow(&mut self, node: usize, photons: &mut [Photon], making: Making) {
         let bounds = Aabb::around(photons.iter().map(|photon| photon.p));
         let size = bounds.size();
-        let lit = photons.iter().filter(|photon| photon.power > 0.0).count();
+        let lit = if making.counts_dark {
+            photons.len()
+        } else {
+            photons.iter().filter(|photon| photon.power > 0.0).count()
+        };
         if lit <= making.most || size == Vec3::ZERO {
             let margin = 0.1 * size.max_element();
             let bounds = bounds.grow(bounds.min - margin).grow(bounds.max + margin);

@@ -1,7 +1,7 @@
 use super::*;
 
 fn map_of(photons: Vec<Photon>) -> GuideMap {
-    GuideMap::new(photons, Making { most: 64, cell: Cell::to_caustics })
+    GuideMap::new(photons, Making { most: 64, counts_dark: false, cell: Cell::to_caustics })
 }
 
 /// Photons on a floor, evenly over the unit square, all from one direction.
@@ -10,7 +10,7 @@ fn floor(count: usize, power: f32, other: f32) -> Vec<Photon> {
         let x = (i as f64 * 0.754_877_666_246_692_8).fract() as f32;
         let z = (i as f64 * 0.569_840_290_998_053_3).fract() as f32;
         let wi = Vec3::new(0.6, 0.8, 0.0);
-        Photon { p: Vec3::new(x, 0.0, z), n: Vec3::Y, wi, power, other: Some(other) }
+        Photon { p: Vec3::new(x, 0.0, z), n: Vec3::Y, wi, power, other: Some(other), pdf: 0.0 }
     };
     (0..count).map(photon).collect()
 }

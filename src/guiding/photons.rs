@@ -1,12 +1,26 @@
 //! Photons: from a light to a reflector, and on to diffuse surfaces.
 
-use super::map::Photon;
+use super::map::{Cell, GuideMap, Making, Photon};
 use super::reflectors::{Reflectors, focuses};
 use crate::accel::{Accelerator, Coherence};
 use crate::bxdf::{Bsdf, Bxdf, Incidence};
 use crate::core::{Hit, Ray, Sampler, SamplerKind};
 use crate::scene::{Receiver, Rivals, Scene, SurfaceInteraction};
 use glam::Vec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Photons that are shot, at most, and at least.
+const PHOTONS: std::ops::RangeInclusive<u32> = 1 << 12..=1 << 17;
+
+/// Pixels for each photon.
+const PIXELS_PER_PHOTON: u32 = 2;
+
+/// Cells of caustics: small, since those have edges.
+const CAUSTICS: Making = Making { most: 64, counts_dark: false, cell: Cell::to_caustics };
+
+/// Photons and paths that one thread follows together.
+const TOGETHER: u32 = 2048;
 
 /// Reflections that a photon may take before it lands on a diffuse surface.
 const MOST_REFLECTIONS: usize = 4;
@@ -15,7 +29,7 @@ const MOST_REFLECTIONS: usize = 4;
 pub(super) type Takes = fn(&Bxdf) -> bool;
 
 /// One of the lobes that are taken, chosen by albedo with the number `u`; with the probability.
-fn choose<'a>(bsdf: &'a Bsdf, at: &Incidence, takes: Takes, u: f32) -> Option<(&'a Bxdf, f32)> {
+pub(super) fn choose<'a>(bsdf: &'a Bsdf, at: &Incidence, takes: Takes, u: f32) -> Option<(&'a Bxdf, f32)> {
     let albedo = |bxdf: &Bxdf| bxdf.albedo(at).max_channel();
     let total: f32 = bsdf.lobes().iter().filter(|bxdf| takes(bxdf)).map(albedo).sum();
     let mut before = 0.0;
@@ -79,9 +93,30 @@ pub struct Shooter<'a> {
     pub environment_mean: f32,
 }
 
-impl Shooter<'_> {
+impl<'a> Shooter<'a> {
+    /// For a scene's picture.
+    pub fn new(
+        scene: &'a Scene,
+        accel: &'a dyn Accelerator,
+        reflectors: &'a Reflectors,
+        environment_mean: f32,
+    ) -> Self {
+        let [width, height] = scene.camera.resolution;
+        let count =
+            (width.saturating_mul(height) / PIXELS_PER_PHOTON).clamp(*PHOTONS.start(), *PHOTONS.end());
+        Self { scene, accel, reflectors, count, environment_mean }
+    }
+
+    /// Guides to the caustics of the scene; empty where there are none.
+    pub fn to_caustics(&self) -> GuideMap {
+        if self.reflectors.area() == 0.0 {
+            return GuideMap::default();
+        }
+        GuideMap::new(in_parallel(0..self.count, |photons| self.shoot(photons)), CAUSTICS)
+    }
+
     /// The photons of these numbers that land on diffuse surfaces, in order.
-    pub fn shoot(&self, numbers: std::ops::Range<u32>) -> Vec<Photon> {
+    fn shoot(&self, numbers: Range<u32>) -> Vec<Photon> {
         let mut flying = self.lit(numbers);
         let mut landed = vec![];
         for reflection in 1..=MOST_REFLECTIONS as u32 {
@@ -104,7 +139,7 @@ impl Shooter<'_> {
     }
 
     /// Photons that have left a light and been reflected once.
-    fn lit(&self, numbers: std::ops::Range<u32>) -> Vec<Flying> {
+    fn lit(&self, numbers: Range<u32>) -> Vec<Flying> {
         let sampler = self.sampler();
         let (mut flying, mut shadows) = (vec![], vec![]);
         for index in numbers {
@@ -170,7 +205,7 @@ impl Shooter<'_> {
         let bsdf = self.bsdf(&point);
         if diffuse(&bsdf).is_some() {
             let (n, wi) = (point.at.n, point.at.wo);
-            let landing = Photon { p: point.p, n, wi, power: photon.power, other: None };
+            let landing = Photon { p: point.p, n, wi, power: photon.power, other: None, pdf: 0.0 };
             landed.push(Landed { photon: landing, index: photon.index, point });
         }
         let numbers = dimension::REFLECTION + 2 * reflection;
@@ -178,6 +213,19 @@ impl Shooter<'_> {
             next.push(Flying { index: photon.index, power: photon.power * share, ray });
         }
     }
+}
+
+/// What `follow` gives for all of these numbers, in their order.
+pub(super) fn in_parallel(
+    numbers: Range<u32>,
+    follow: impl Fn(Range<u32>) -> Vec<Photon> + Sync,
+) -> Vec<Photon> {
+    let starts: Vec<u32> = numbers.clone().step_by(TOGETHER as usize).collect();
+    let parts: Vec<Vec<Photon>> = starts
+        .into_par_iter()
+        .map(|start| follow(start..numbers.end.min(start.saturating_add(TOGETHER))))
+        .collect();
+    parts.concat()
 }
 
 /// Whether anything is in the way of each of these rays.

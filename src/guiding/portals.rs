@@ -43,7 +43,7 @@ const LEAST_SURFACES: f32 = 0.25;
 const MOST_OPEN: f32 = 0.2;
 
 /// Cells: as large as it takes to tell the shape of a window.
-const PORTALS: Making = Making { most: 192, cell: Cell::to_portals };
+const PORTALS: Making = Making { most: 192, counts_dark: false, cell: Cell::to_portals };
 
 /// The greatest share of light samples that look through portals.
 const GREATEST_SHARE: f32 = 0.8;
@@ -157,14 +157,14 @@ impl Lookout<'_> {
                 let u = sampler.pair(path.wrapping_mul(LOOKS).wrapping_add(look), 4 * surface);
                 let drawn = Diffuse::draw(n, point.at.ng, u);
                 ways.push(point.spawn(drawn.wi, f32::INFINITY, scene.settings.self_hit));
-                found.push(Photon { p, n, wi: drawn.wi, power: drawn.weight, other: None });
+                found.push(Photon { p, n, wi: drawn.wi, power: drawn.weight, other: None, pdf: 0.0 });
             }
             for number in 0..SAMPLES {
                 let u = sampler.pair(path.wrapping_mul(SAMPLES).wrapping_add(number), 4 * surface + 2);
                 let light = light(scene, point, Rivals::Portals, u);
                 let (way, wi, irradiance) = light.unwrap_or((Ray::inactive(), n, 0.0));
                 ways.push(way);
-                found.push(Photon { p, n, wi, power: 0.0, other: Some(irradiance / PI) });
+                found.push(Photon { p, n, wi, power: 0.0, other: Some(irradiance / PI), pdf: 0.0 });
             }
         }
         for (photon, occluded) in found[first..].iter_mut().zip(occluded(self.accel, &ways)) {
@@ -198,7 +198,8 @@ mod tests {
             let [x, z] = [0.754_877_7, 0.569_840_3].map(|step| (i as f32 * step).fract());
             let to_window = Vec3::new(0.1 * x, 1.0, 0.1 * z).normalize();
             let power = if i.is_multiple_of(nth) { sky } else { 0.0 };
-            let ray = Photon { p: Vec3::new(x, 0.0, z), n: Vec3::Y, wi: to_window, power, other: None };
+            let ray =
+                Photon { p: Vec3::new(x, 0.0, z), n: Vec3::Y, wi: to_window, power, other: None, pdf: 0.0 };
             [ray, Photon { power: 0.0, other: Some(other), ..ray }]
         };
         (0..4096).flat_map(look).collect()

@@ -3,16 +3,17 @@
 //! surface here is what would come of it there, to the bit.
 
 use super::bounce::most_survivors;
-use super::bounced::Guides;
+use super::bounced::Guidance;
 use super::direct::{bounded_by, power_heuristic};
 use super::eight::{Eight, Pairs};
-use super::guided::{mix, within};
+use super::guided::mix;
 use super::lobes::Lobes;
 use super::order::Order;
 use super::vertex::Outgoing;
 use super::wave::Integrator;
 use crate::bxdf::{Bxdf, LobeKind};
 use crate::core::lanes::{Colours, Floats, LANES};
+use crate::core::warp::within;
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::scene::{DirectLight, EightSamples, Interactions, Receivers, Rivals, Scene};
 use glam::Vec3;
@@ -87,7 +88,7 @@ struct Choose<'a, 'b, const N: usize> {
     eight: &'a Eight<'a>,
     to: &'a Receivers,
     /// The lobes, and their guides.
-    parts: (&'a [Part<'a>; N], &'a mut [Guides; N]),
+    parts: (&'a [Part<'a>; N], &'a mut [Guidance; N]),
     /// Samples of lights of each surface and candidates of each of them, and which sample.
     numbers: ([[u32; 2]; LANES], u32),
     /// The first candidates and what surfaces reflect of them; then those that are chosen.
@@ -224,7 +225,7 @@ impl Integrator<'_> {
                 self.sample_lights_at(eight, &to, numbers, &mut lights);
             }
             let mut reflected = Colours::default();
-            let mut all_guides = [const { Guides::NONE }; N];
+            let mut all_guides = [const { Guidance::NONE }; N];
             let with_guides = parts.iter().zip(&mut all_guides);
             for (part, guides_of_part) in with_guides.filter(|(part, _)| number < part.rays) {
                 let numbers = self.numbers_alike(eight, part, number);
@@ -406,14 +407,14 @@ impl Part<'_> {
     fn reflect(
         &self,
         points: &Interactions,
-        guides: &Guides,
+        guides: &Guidance,
         lights: &EightSamples,
         reflected: &mut Colours,
     ) {
         let (f_cos, pdf) = self.lobes.evaluate(points, &lights.wi);
         let mut sum = *reflected;
         for lane in 0..LANES {
-            let pdf = mix(guides.share[lane], guides.towards_light[lane], pdf[lane]);
+            let pdf = mix(guides.towards_light[lane], guides.own[lane], pdf[lane]);
             let weight = power_heuristic(lights.pdf[lane], pdf * self.rate[lane]);
             sum.set(lane, sum.get(lane) + f_cos.get(lane) * weight);
         }

@@ -2,14 +2,14 @@
 
 use crate::accel::bvh::Bvh;
 use crate::film::{Film, PixelRect};
-use crate::guiding::GuideMap;
+use crate::guiding::{GuideMap, Guides};
 use crate::integrator::{Integrator, Scratch, Tally, Work, z_order};
 use crate::scene::load::{Format, load_str};
 use crate::scene::{Plan, Scene};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// A room with a lamp and a slit through which the sky is seen: walls, one of them checkered, and a ball that are diffuse, a
+/// A room with a lamp, a light that makes a bright spot on the ceiling, and a slit through which the sky is seen: walls, one of them checkered, and a ball that are diffuse, a
 /// patch that glows, a ball of rough gold, one of plastic, balls that are glossy, and diffuse with a gloss, of every kind that
 /// rays are drawn for once, and a silver wall that throws the lamp's light on others.
 const ROOM: &str = r#"
@@ -152,6 +152,10 @@ const ROOM: &str = r#"
     type = "point"
     position = [-0.3, 0.5, 0.5]
     intensity = [0.3, 0.2, 0.1]
+    [[lights]]
+    type = "point"
+    position = [0.7, 0.97, 0.7]
+    intensity = [5, 5, 5]
 "#;
 
 fn room(settings: &str) -> Scene {
@@ -161,13 +165,19 @@ fn room(settings: &str) -> Scene {
 
 /// The picture of a scene with so many rays at first hits; whether surfaces are shaded side by side, where they are alike, and
 /// whether rays are guided.
-fn film(scene: &Scene, split: u32, alike: bool, guided: bool) -> (Film, Tally) {
-    let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
-    let (caustics, portals) = (GuideMap::to_caustics(scene, &accel), GuideMap::to_portals(scene, &accel));
-    assert_eq!(caustics.is_empty(), !Plan::of(scene).guides, "the mirror makes a caustic");
-    assert_eq!(portals.is_empty(), !Plan::of(scene).portals, "little of the sky is seen");
-    let integrator = Integrator::new(scene, &accel);
-    let mut integrator = if guided { integrator.guided_by(&caustics).through(&portals) } else { integrator };
+fn film(
+    scene: &Scene,
+    (accel, guides, portals): (&Bvh, &Guides, &GuideMap),
+    split: u32,
+    alike: bool,
+    guided: bool,
+) -> (Film, Tally) {
+    let integrator = Integrator::new(scene, accel);
+    let mut integrator = if guided {
+        integrator.guided_by(guides).guided_to_indirect(true).through(portals)
+    } else {
+        integrator
+    };
     assert!(integrator.alike, "side by side where nothing is said");
     integrator.alike = alike;
     let rect = PixelRect { x0: 0, y0: 0, x1: 32, y1: 32 };
@@ -190,15 +200,21 @@ fn surfaces_side_by_side_reflect_to_the_bit_what_each_reflects_alone() {
         "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
         "max_depth = 3\nlight_samples = \"split\"\nglossy_samples = [2, 3]",
         "max_depth = 3\nlight_candidates = 4",
-        "max_depth = 2\nat_max_depth = \"black\"\nlight_candidates = 2\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
+        "max_depth = 3\nat_max_depth = \"black\"\nlight_candidates = 2\nlight_samples = \"split\"\nglossy_samples = { any = 2 }",
         "max_depth = 3\nlight_candidates = 3\nclamp_indirect = 0.2\nself_hit = \"offset\"",
         "preset = \"suffern\"",
         "max_depth = 20\nroulette_from = 0\nat_max_depth = \"black\"\nsampler = \"independent\"",
     ] {
         let scene = room(settings);
+        let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the room is built");
+        let (guides, portals) = (Guides::of(&scene, &accel), GuideMap::to_portals(&scene, &accel));
+        let plan = Plan::of(&scene);
+        assert_eq!(guides.is_empty(), !plan.guides, "the mirror makes a caustic");
+        assert_eq!(guides.has_indirect(), plan.guides_indirect, "there is a bright spot");
+        assert_eq!(portals.is_empty(), !plan.portals, "little of the sky is seen");
         for (split, guided) in [(1, false), (1, true), (3, false), (3, true)] {
             let [(together, counted), (alone, counted_alone)] =
-                [true, false].map(|alike| film(&scene, split, alike, guided));
+                [true, false].map(|alike| film(&scene, (&accel, &guides, &portals), split, alike, guided));
             assert!(together == alone, "{settings}, split in {split}, guided: {guided}");
             let rays = |tally: &Tally| tally.all_rays().rays;
             assert_eq!(rays(&counted), rays(&counted_alone));

@@ -8,7 +8,8 @@ use super::tally::{RayClass, Tally};
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind};
 use crate::core::lanes::{Floats, LANES};
-use crate::core::{Rgb, Sampler};
+use crate::core::{Rgb, Sampler, warp};
+use crate::guiding::CellNumbers;
 use crate::scene::{AtMaxDepth, DirectLight, Rivals, SurfaceInteraction};
 
 /// Pairs of random numbers, by the depth of the surface and what they decide there.
@@ -98,8 +99,8 @@ pub(super) struct Leaving {
     pub rivals: Rivals,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
-    /// The guide of diffuse rays, if they have one.
-    pub guide: Option<u32>,
+    /// The guides of diffuse rays, if they have any.
+    pub guide: CellNumbers,
     /// Through which portals samples of lights look for the environment.
     pub portal: Portal,
     /// The next ray to be made: its lobe and its number there.
@@ -416,7 +417,7 @@ fn choose(weights: &[f32], x: f32) -> (usize, f32) {
     let mut before = 0.0;
     let mut chosen = (0, 0.0);
     for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-        chosen = (i, guided::within(x, before, w));
+        chosen = (i, warp::within(x, before, w));
         before += w;
         if x < before {
             break;

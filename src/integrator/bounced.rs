@@ -4,7 +4,7 @@
 use super::alike::{Arrived, Part};
 use super::bounce::{Dimension, share_of_survivors};
 use super::eight::{Eight, Lane, Pairs};
-use super::guided::{mix, unguided, within};
+use super::guided::{Guide, mix};
 use super::lobes::Lobes;
 use super::path::Path;
 use super::tally::RayClass;
@@ -13,6 +13,8 @@ use super::wave::Integrator;
 use crate::bxdf::{Diffuse, LobeKind};
 use crate::core::Rgb;
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
+use crate::core::{Wide, widely};
+use crate::guiding::{CellNumbers, Guides};
 use crate::scene::{EightSamples, Interactions};
 
 /// The numbers of one ray of each of eight surfaces.
@@ -25,12 +27,12 @@ pub(super) struct Numbers {
 }
 
 /// What guides do to rays that leave eight surfaces.
-pub(super) struct Guides {
-    /// The share of rays that ask the guide: 0 where there is none.
-    pub share: Floats,
-    /// The density of the guide towards the light, in 1/sr.
+pub(super) struct Guidance {
+    /// The share of rays that ask no guide: 1 where there is none.
+    pub own: Floats,
+    /// The density towards the light of rays that do, times their share, in 1/sr.
     pub towards_light: Floats,
-    /// The density of the guide along the ray, in 1/sr.
+    /// The same along the ray.
     along_ray: Floats,
 }
 
@@ -75,20 +77,17 @@ impl Integrator<'_> {
         arrived: &Arrived,
         numbers: &Numbers,
         lights: &EightSamples,
-    ) -> (Bounced, Guides) {
-        let (mut guides, mut cells) = (Guides::NONE, [None; LANES]);
-        if let (Some(caustics), Lobes::Diffuse(_)) = (self.caustics, part.lobes) {
+    ) -> (Bounced, Guidance) {
+        let mut guides = Guidance::NONE;
+        let [x, y] = &numbers.lobe;
+        let mut of_lobe = *x;
+        if let (Some(maps), Lobes::Diffuse(_)) = (self.guides, part.lobes) {
             for lane in 0..LANES {
-                if let (Some(number), true) = (eight.guides[lane], part.rate[lane] > 0.0) {
-                    let cell = caustics.cell(number);
-                    (cells[lane], guides.share[lane]) = (Some(cell), cell.share);
+                if eight.guides[lane] != CellNumbers::NONE && part.rate[lane] > 0.0 {
+                    let guide = Guide { cells: maps.cells(eight.guides[lane]), p: eight.points.p.get(lane) };
+                    (of_lobe[lane], guides.own[lane]) = (guide.unguided(x[lane]), guide.own());
                 }
             }
-        }
-        let [x, y] = &numbers.lobe;
-        let mut of_lobe = Floats::default();
-        for lane in 0..LANES {
-            of_lobe[lane] = unguided(guides.share[lane], x[lane]);
         }
         let (directions, colours) = part.lobes.draw(eight.points, &[of_lobe, *y]);
         let mut bounced = Bounced {
@@ -102,18 +101,11 @@ impl Integrator<'_> {
             let weight = colours.get(lane) * weight;
             bounced.beta.set(lane, arrived.beta.get(lane) * weight * part.rate[lane].recip());
         }
-        if let (Lobes::Diffuse(reflectance), Some(_)) = (part.lobes, self.caustics) {
-            for lane in 0..LANES {
-                let Some(cell) = cells[lane] else { continue };
-                let (p, mixture) = (eight.points.p.get(lane), &cell.mixture);
-                if x[lane] < cell.share {
-                    let wi = mixture.sample(p, [within(x[lane], 0.0, cell.share), y[lane]]);
-                    bounced.wi.set(lane, wi);
-                }
-                [guides.towards_light[lane], guides.along_ray[lane]] =
-                    mixture.pdfs(p, [lights.wi.get(lane), bounced.wi.get(lane)]);
-            }
-            guides.weigh(reflectance, eight.points, (arrived, &part.rate), &mut bounced);
+        if guides.own != Guidance::NONE.own
+            && let (Some(maps), Lobes::Diffuse(reflectance)) = (self.guides, part.lobes)
+        {
+            let (bounced, guides, rate) = (&mut bounced, &mut guides, &part.rate);
+            widely(Follow { maps, eight, reflectance, arrived, rate, numbers, lights, bounced, guides });
         }
         bounced.end_by_chance(arrived, &numbers.survival);
         (bounced, guides)
@@ -121,12 +113,13 @@ impl Integrator<'_> {
 
     /// Finds the densities of guides along other directions to lights.
     #[inline(always)]
-    pub(super) fn look_towards(&self, wi: &Vectors, eight: &Eight, guides: &mut Guides) {
+    pub(super) fn look_towards(&self, wi: &Vectors, eight: &Eight, guides: &mut Guidance) {
         for lane in 0..LANES {
-            let guide = eight.guides[lane].filter(|_| guides.share[lane] > 0.0);
-            if let (Some(caustics), Some(number)) = (self.caustics, guide) {
-                let mixture = &caustics.cell(number).mixture;
-                guides.towards_light[lane] = mixture.pdf(eight.points.p.get(lane), wi.get(lane));
+            if let Some(maps) = self.guides
+                && guides.own[lane] < 1.0
+            {
+                let guide = Guide { cells: maps.cells(eight.guides[lane]), p: eight.points.p.get(lane) };
+                guides.towards_light[lane] = guide.densities([wi.get(lane); 2])[0];
             }
         }
     }
@@ -173,10 +166,47 @@ impl Integrator<'_> {
     }
 }
 
-impl Guides {
+/// Rays that follow guides, where they do, and what guides have to do with samples of lights: to be compiled for wide
+/// instructions apart from what all scenes need.
+struct Follow<'a> {
+    maps: &'a Guides,
+    eight: &'a Eight<'a>,
+    reflectance: &'a Colours,
+    arrived: &'a Arrived,
+    rate: &'a Floats,
+    numbers: &'a Numbers,
+    lights: &'a EightSamples,
+    /// As lobes alone draw them.
+    bounced: &'a mut Bounced,
+    /// With the shares of rays that ask no guide.
+    guides: &'a mut Guidance,
+}
+
+impl Wide for Follow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { maps, eight, reflectance, arrived, rate, numbers, lights, bounced, guides } = self;
+        let [x, y] = &numbers.lobe;
+        for lane in 0..LANES {
+            if guides.own[lane] < 1.0 {
+                let guide = Guide { cells: maps.cells(eight.guides[lane]), p: eight.points.p.get(lane) };
+                if let Some(wi) = guide.draw([x[lane], y[lane]]) {
+                    bounced.wi.set(lane, wi);
+                }
+                [guides.towards_light[lane], guides.along_ray[lane]] =
+                    guide.densities([lights.wi.get(lane), bounced.wi.get(lane)]);
+            }
+        }
+        guides.weigh(reflectance, eight.points, (arrived, rate), bounced);
+    }
+}
+
+impl Guidance {
     /// None anywhere.
     pub(super) const NONE: Self =
-        Self { share: [0.0; LANES], towards_light: [0.0; LANES], along_ray: [0.0; LANES] };
+        Self { own: [1.0; LANES], towards_light: [0.0; LANES], along_ray: [0.0; LANES] };
 
     /// Weighs rays that have a guide by the densities of its mixture with the diffuse lobe.
     #[inline(always)]
@@ -191,8 +221,8 @@ impl Guides {
         let (mut betas, mut favours, mut pdfs) = (bounced.beta, bounced.favour, bounced.pdf);
         for lane in 0..LANES {
             let alone = Diffuse::density(n.get(lane), ng.get(lane), bounced.wi.get(lane));
-            let pdf = mix(self.share[lane], self.along_ray[lane], alone);
-            let guided = self.share[lane] > 0.0;
+            let pdf = mix(self.along_ray[lane], self.own[lane], alone);
+            let guided = self.own[lane] < 1.0;
             // Where nothing is reflected, the density may be zero too.
             let weight = reflectance.get(lane) * alone / if alone > 0.0 { pdf } else { 1.0 };
             let beta = arrived.beta.get(lane) * weight * rate[lane].recip();

@@ -1,15 +1,15 @@
 //! What eight surfaces need, found side by side.
 
 use super::bounce::{Dimension, Leaving};
-use super::guided;
 use super::order::Order;
 use super::path::Path;
 use super::portals::Portal;
 use super::powers::Powers;
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, LobeKind};
-use crate::core::Sampler;
 use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::{Sampler, Wide, widely};
+use crate::guiding::{CellNumbers, Guides};
 use crate::scene::{DirectLight, Interactions, Needs, Rivals, Scene, SurfaceInteraction};
 
 /// Eight surfaces that rays have hit, and what is drawn at nearly every one.
@@ -24,8 +24,8 @@ pub(super) struct Eight<'a> {
     samplers: [Sampler; LANES],
     /// The direction of the first lobe's ray, where it is one; zeros where no ray leaves.
     pub lobe: Pairs,
-    /// The numbers of the guides of diffuse rays, where caustics are.
-    pub guides: [Option<u32>; LANES],
+    /// The numbers of the guides of diffuse rays.
+    pub guides: [CellNumbers; LANES],
     /// Through which portals samples of lights look for the environment.
     pub portals: [Portal; LANES],
     /// Which lobe, and the direction of its ray; what lights want to know beyond their own pair.
@@ -72,9 +72,9 @@ impl<'a> Lane<'a> {
         [x[self.lane], y[self.lane]]
     }
 
-    /// The number of the guide of diffuse rays, where caustics are.
+    /// The numbers of the guides of diffuse rays.
     #[inline(always)]
-    pub(super) fn guide(self) -> Option<u32> {
+    pub(super) fn guide(self) -> CellNumbers {
         self.eight.guides[self.lane]
     }
 
@@ -184,12 +184,12 @@ impl Integrator<'_> {
     ) -> Eight<'a> {
         let lasts = from.iter().filter(|path| self.is_last(path)).count();
         let goes_on = lasts < LANES && kind != Order::BLACK;
-        let mut guides = [None; LANES];
-        if let Some(caustics) = self.caustics
+        let mut guides = [CellNumbers::NONE; LANES];
+        if let Some(maps) = self.guides
             && goes_on
             && Order::may_be_diffuse(kind)
         {
-            guides = caustics.find(&points.p, &points.n);
+            guides = widely(Find { maps, points, indirect: self.guides_indirect });
         }
 
         let mut portals = [Portal::default(); LANES];
@@ -239,11 +239,11 @@ impl Integrator<'_> {
             let Some((lobe, u)) = leaving.only(drawn.lobe()) else { continue };
             [x[lane], y[lane]] = u;
             match bsdf.lobe(lobe) {
-                Bxdf::Diffuse(_) => {
+                bxdf @ Bxdf::Diffuse(_) => {
                     diffuse[lane] = true;
-                    // Where the number asks the guide, nobody looks at what it would draw from the lobe.
-                    if let (Some(caustics), Some(guide)) = (self.caustics, leaving.guide) {
-                        x[lane] = guided::unguided(caustics.cell(guide).share, x[lane]);
+                    // Where the number asks a guide, nobody looks at what it would draw from the lobe.
+                    if let Some(guide) = self.guide(leaving.guide, bxdf, eight.points.p.get(lane)) {
+                        x[lane] = guide.unguided(x[lane]);
                     }
                 }
                 bxdf @ Bxdf::Conductor(lobe) if bxdf.kind() == LobeKind::Glossy => {
@@ -272,6 +272,23 @@ impl Integrator<'_> {
             directions.there[lane] = diffuse[lane] | metal[lane] | power[lane];
         }
         directions
+    }
+}
+
+/// The guides of eight points, to be compiled for wide instructions apart from what all scenes need.
+struct Find<'a> {
+    maps: &'a Guides,
+    points: &'a Interactions,
+    /// Whether those to other light than caustics are wanted.
+    indirect: bool,
+}
+
+impl Wide for Find<'_> {
+    type Output = [CellNumbers; LANES];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.maps.find(&self.points.p, &self.points.n, self.indirect)
     }
 }
 

@@ -1,50 +1,84 @@
-//! Lobes that rays leave with a guide: a diffuse lobe's rays are in part sent where caustics come from.
+//! Lobes that rays leave with guides: a diffuse lobe's rays are in part sent where caustics and other reflected light come from.
 
 use super::bounce::Leaving;
 use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind, LobeSample};
 use crate::core::Rgb;
-use crate::guiding::Cell;
+use crate::guiding::{Cell, CellNumbers, unguided};
 use glam::Vec3;
 
-/// Where a diffuse surface looks for caustics.
+/// The guides of the rays of a diffuse lobe.
 #[derive(Clone, Copy)]
 pub(super) struct Guide<'a> {
-    pub cell: &'a Cell,
+    /// The first has its share of all rays, the second of those that are left.
+    pub cells: [Option<&'a Cell>; 2],
     /// The point that looks.
     pub p: Vec3,
 }
 
-impl<'a> Integrator<'a> {
-    /// The `guide` of a surface, if rays leave it that need one.
+impl Guide<'_> {
+    /// The share of rays that the lobe alone draws.
     #[inline(always)]
-    pub(super) fn needed(guide: Option<u32>, bsdf: &Bsdf, leaving: &Leaving) -> Option<u32> {
-        let guide = guide?;
+    pub fn own(&self) -> f32 {
+        self.cells.iter().flatten().map(|cell| 1.0 - cell.share).product()
+    }
+
+    /// What is left of a number for the lobe, where that does not ask a guide.
+    #[inline(always)]
+    pub fn unguided(&self, u: f32) -> f32 {
+        self.cells.iter().flatten().fold(u, |u, cell| unguided(cell.share, u))
+    }
+
+    /// The direction that the numbers `u` draw from a guide, if they ask one.
+    #[inline(always)]
+    pub fn draw(&self, [mut x, y]: [f32; 2]) -> Option<Vec3> {
+        for cell in self.cells.iter().flatten() {
+            let drawn = cell.draw(self.p, [x, y]);
+            if drawn.is_some() {
+                return drawn;
+            }
+            x = unguided(cell.share, x);
+        }
+        None
+    }
+
+    /// The densities along two unit vectors of rays that follow guides, times the share of those: in 1/sr.
+    #[inline(always)]
+    pub fn densities(&self, wi: [Vec3; 2]) -> [f32; 2] {
+        let (mut left, mut densities) = (1.0, [0.0; 2]);
+        for cell in self.cells.iter().flatten() {
+            let pdfs = cell.mixture.pdfs(self.p, wi);
+            for (density, pdf) in densities.iter_mut().zip(pdfs) {
+                *density += left * cell.share * pdf;
+            }
+            left *= 1.0 - cell.share;
+        }
+        densities
+    }
+}
+
+impl<'a> Integrator<'a> {
+    /// The numbers of a surface's guides, if rays leave it that need any.
+    #[inline(always)]
+    pub(super) fn needed(guide: CellNumbers, bsdf: &Bsdf, leaving: &Leaving) -> CellNumbers {
+        if guide == CellNumbers::NONE {
+            return guide;
+        }
         let mut lobes = bsdf.lobes().iter().enumerate();
         let goes_on = lobes.any(|(lobe, bxdf)| {
             bxdf.kind() == LobeKind::Diffuse && leaving.rate[lobe] > 0.0 && !leaving.emission_only[lobe]
         });
-        goes_on.then_some(guide)
+        if goes_on { guide } else { CellNumbers::NONE }
     }
 
-    /// The guide of this number for the rays of a lobe that leave `p`: only diffuse ones need any.
+    /// The guides of these numbers for the rays of a lobe that leave `p`: only diffuse ones need any.
     #[inline]
-    pub(super) fn guide(&self, number: Option<u32>, bxdf: &Bxdf, p: Vec3) -> Option<Guide<'a>> {
-        let number = number.filter(|_| bxdf.kind() == LobeKind::Diffuse)?;
-        self.caustics.map(|caustics| Guide { cell: caustics.cell(number), p })
+    pub(super) fn guide(&self, numbers: CellNumbers, bxdf: &Bxdf, p: Vec3) -> Option<Guide<'a>> {
+        if numbers == CellNumbers::NONE || bxdf.kind() != LobeKind::Diffuse {
+            return None;
+        }
+        self.guides.map(|guides| Guide { cells: guides.cells(numbers), p })
     }
-}
-
-/// The part of a number in `[low, low + width)` that it is in, in `[0, 1)`.
-#[inline(always)]
-pub(super) fn within(u: f32, low: f32, width: f32) -> f32 {
-    ((u - low) / width).min(1.0 - 0.5 * f32::EPSILON)
-}
-
-/// What is left of a number for the lobe itself, where the number does not ask the guide, which has a `share` of them.
-#[inline(always)]
-pub(super) fn unguided(share: f32, u: f32) -> f32 {
-    within(u, share, 1.0 - share)
 }
 
 /// A direction drawn from the mixture of a lobe and its guide.
@@ -68,16 +102,15 @@ pub(super) fn sample(
         Some(drawn) => bxdf.sample_along(&drawn),
         None => bxdf.sample(at, u),
     };
-    let Some(Guide { cell, p }) = guide else {
+    let Some(guide) = guide else {
         return of_lobe(u).map(|sample| GuidedSample { sample, favour: 1.0 });
     };
-    let wi = if u[0] < cell.share {
-        cell.mixture.sample(p, [within(u[0], 0.0, cell.share), u[1]])
-    } else {
-        of_lobe([unguided(cell.share, u[0]), u[1]])?.wi
+    let wi = match guide.draw(u) {
+        Some(wi) => wi,
+        None => of_lobe([guide.unguided(u[0]), u[1]])?.wi,
     };
     let (f_cos, alone) = bxdf.evaluate(at, wi);
-    let pdf = mixed(alone, cell, p, wi);
+    let pdf = mix(guide.densities([wi; 2])[0], guide.own(), alone);
     (!f_cos.is_black())
         .then(|| GuidedSample { sample: LobeSample { wi, weight: f_cos / pdf, pdf }, favour: pdf / alone })
 }
@@ -87,19 +120,14 @@ pub(super) fn sample(
 pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide>, wi: Vec3) -> (Rgb, f32) {
     let (f_cos, pdf) = bxdf.evaluate(at, wi);
     match guide {
-        Some(Guide { cell, p }) => (f_cos, mixed(pdf, cell, p, wi)),
+        Some(guide) => (f_cos, mix(guide.densities([wi; 2])[0], guide.own(), pdf)),
         None => (f_cos, pdf),
     }
 }
 
-/// The density of the mixture along `wi`, where the lobe alone has the density `alone`.
+/// The density where rays that follow guides have the density `guided`, and those that do not, a share `own` of all, the density
+/// `alone`.
 #[inline(always)]
-fn mixed(alone: f32, cell: &Cell, p: Vec3, wi: Vec3) -> f32 {
-    mix(cell.share, cell.mixture.pdf(p, wi), alone)
-}
-
-/// A density of which `guided` has a share, and the density `alone` the rest.
-#[inline(always)]
-pub(super) fn mix(share: f32, guided: f32, alone: f32) -> f32 {
-    share * guided + (1.0 - share) * alone
+pub(super) fn mix(guided: f32, own: f32, alone: f32) -> f32 {
+    guided + own * alone
 }

@@ -3,12 +3,13 @@
 //! Whichever way a direction to the environment was drawn, it counts with the density of both ways together.
 
 use super::eight::{Eight, Pairs};
-use super::guided::{mix, unguided, within};
+use super::guided::mix;
 use super::path::Path;
 use super::wave::Integrator;
 use crate::core::lanes::{Floats, LANES, Vectors};
+use crate::core::warp::within;
 use crate::core::{Ray, Rgb, Wide, widely};
-use crate::guiding::Cell;
+use crate::guiding::{Cell, unguided};
 use crate::scene::{EightSamples, Receivers, Rivals};
 
 /// The number of a guide to portals, if there is one.
@@ -70,7 +71,7 @@ impl<'a> Integrator<'a> {
     #[inline(always)]
     pub(super) fn through_portal(&self, path: &Path, ray: &Ray, pdf: f32) -> f32 {
         match self.portal(path.portal, path.rivals) {
-            Some((cell, share)) => mix(share, cell.mixture.pdf(ray.origin, ray.dir), pdf),
+            Some((cell, share)) => mix(share * cell.mixture.pdf(ray.origin, ray.dir), 1.0 - share, pdf),
             None => pdf,
         }
     }
@@ -161,7 +162,7 @@ impl<F: FnOnce() -> Floats> Wide for BothWays<'_, F> {
             let to_environment = samples.t_max[lane] == f32::INFINITY && alone < f32::INFINITY;
             let guided =
                 if to_environment { cell.mixture.pdf(to.p.get(lane), samples.wi.get(lane)) } else { 0.0 };
-            let pdf = mix(share, guided, alone);
+            let pdf = mix(share * guided, 1.0 - share, alone);
             let scale = match (through.there[lane], to_environment) {
                 (true, _) => pdf.recip(),
                 (false, true) => alone / pdf,

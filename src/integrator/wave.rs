@@ -16,8 +16,10 @@ use crate::bxdf::{Bsdf, Bxdf};
 use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Rgb, Wide, widely};
 use crate::film::Film;
-use crate::guiding::GuideMap;
-use crate::scene::{AtMaxDepth, EightSamples, LightSamples, Material, Plan, Rivals, Scene, Settings};
+use crate::guiding::{GuideMap, Guides};
+use crate::scene::{
+    AtMaxDepth, EightSamples, IndirectGuiding, LightSamples, Material, Plan, Rivals, Scene, Settings,
+};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -44,8 +46,10 @@ pub struct Integrator<'a> {
     pub(super) alike: bool,
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
-    /// Where diffuse surfaces look for caustics, if there are any.
-    pub(super) caustics: Option<&'a GuideMap>,
+    /// Where diffuse surfaces look for light, if guides are any.
+    pub(super) guides: Option<&'a Guides>,
+    /// Whether they look for all light that surfaces reflect, and not for caustics alone.
+    pub(super) guides_indirect: bool,
     /// Where samples of lights look for the environment through portals, if there are any.
     pub(super) portals: Option<&'a GuideMap>,
     /// Where edges of emitters are seen, if any are to be found by rays of their own.
@@ -150,7 +154,8 @@ impl<'a> Integrator<'a> {
             samples_lights,
             likely: Likely::of(scene, samples_lights, &bsdfs),
             bsdfs,
-            caustics: None,
+            guides: None,
+            guides_indirect: scene.settings.indirect_guiding == IndirectGuiding::Always,
             portals: None,
             edges: None,
             capacity: CAPACITY,
@@ -163,10 +168,26 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Sends rays of diffuse surfaces where `caustics` come from.
-    pub fn guided_by(mut self, caustics: &'a GuideMap) -> Self {
-        self.caustics = Some(caustics).filter(|caustics| !caustics.is_empty());
+    /// Sends rays of diffuse surfaces where `guides` lead.
+    pub fn guided_by(mut self, guides: &'a Guides) -> Self {
+        self.guides = Some(guides).filter(|guides| !guides.is_empty());
         self
+    }
+
+    /// Sends them to all light that surfaces reflect, or to caustics alone, whatever the settings say.
+    pub fn guided_to_indirect(mut self, guided: bool) -> Self {
+        self.guides_indirect = guided;
+        self
+    }
+
+    /// Whether there are guides to all light that surfaces reflect.
+    pub fn has_indirect_guides(&self) -> bool {
+        self.guides.is_some_and(Guides::has_indirect)
+    }
+
+    /// Whether they are followed.
+    pub fn guides_indirect(&self) -> bool {
+        self.guides_indirect
     }
 
     /// Looks for the environment through `portals`.

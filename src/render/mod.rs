@@ -13,7 +13,7 @@ mod tile;
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
-use crate::guiding::GuideMap;
+use crate::guiding::{GuideMap, Guides};
 use crate::integrator::{EmitterEdges, Integrator, Scratch, Work};
 use crate::scene::{Plan, Scene};
 use rayon::prelude::*;
@@ -138,6 +138,8 @@ pub struct Outcome {
     pub splits_lights: bool,
     /// Candidates of which each sample of lights at a glossy hit was one.
     pub light_candidates: u32,
+    /// Whether diffuse surfaces looked for all light that others reflect, and not for caustics alone.
+    pub guides_indirect: bool,
 }
 
 /// Renders a scene with the structure built from its shapes.
@@ -160,20 +162,18 @@ pub fn render(
         .build()
         .expect("the operating system gives threads");
     let preparing = Instant::now();
-    let (caustics, portals) =
-        pool.install(|| (GuideMap::to_caustics(scene, accel), GuideMap::to_portals(scene, accel)));
+    let (guides, portals) = pool.install(|| (Guides::of(scene, accel), GuideMap::to_portals(scene, accel)));
     let mut picture = Picture::new(scene, accel, options, progress, stop, started);
     let edges = pool.install(|| EmitterEdges::of(scene, accel));
     let prepared =
-        |integrator| Integrator::guided_by(integrator, &caustics).through(&portals).with_edges(&edges);
+        |integrator| Integrator::guided_by(integrator, &guides).through(&portals).with_edges(&edges);
     picture.integrator = prepared(picture.integrator);
     let plan = Plan::of(scene);
-    picture.split = if plan.splits_by_pilot {
+    picture.split = if plan.splits_by_pilot || plan.tries_guides && guides.has_indirect() {
         let pilot = || prepared(Integrator::new(scene, accel)).with_seed(!scene.settings.seed);
-        let split::Best { split, light_candidates } = pool.install(|| split::best(scene, pilot, stop));
-        picture.integrator =
-            picture.integrator.splitting_lights(split.lights).with_light_candidates(light_candidates);
-        split.rays
+        let best = pool.install(|| split::best(scene, pilot, stop));
+        picture.integrator = best.of(picture.integrator);
+        best.split.rays
     } else {
         plan.split
     };
@@ -191,6 +191,7 @@ pub fn render(
         split: picture.split,
         splits_lights: picture.integrator.splits_lights(),
         light_candidates: picture.integrator.light_candidates(),
+        guides_indirect: picture.integrator.guides_indirect() && guides.has_indirect(),
     }
 }
 

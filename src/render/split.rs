@@ -1,5 +1,5 @@
-//! Into how many rays the first hit of a path is worth splitting, whether samples of lights are worth it too, and whether those
-//! of glossy hits are worth choosing among candidates.
+//! Into how many rays the first hit of a path is worth splitting, whether samples of lights are worth it too, whether those
+//! of glossy hits are worth choosing among candidates, and whether guides to all light that surfaces reflect are worth asking.
 //!
 //! With V1 the variance that a pixel has without the lobe's own, V2 that of one lobe sample, and c1, c2 what a camera
 //! sample and a lobe sample cost, m rays have the variance `V1 + V2 / m` at the cost `c1 + m c2`: the product is
@@ -61,6 +61,10 @@ const WORTH_IT: f64 = 0.96;
 /// Splitting samples of lights too must promise to be better than splitting rays alone by this factor.
 const LIGHTS_WORTH_IT: f64 = 0.93;
 
+/// Guides to all light that surfaces reflect must promise to be better than those to caustics alone by this factor: to ask them
+/// takes a sixth to a third of the time, which costs in rays do not tell.
+const GUIDES_WORTH_IT: f64 = 0.8;
+
 /// What a pilot has found best.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Best {
@@ -68,6 +72,18 @@ pub(super) struct Best {
     pub split: Split,
     /// Candidates for each sample of lights at a glossy hit.
     pub light_candidates: u32,
+    /// Whether diffuse surfaces look for all light that others reflect.
+    pub guides_indirect: bool,
+}
+
+impl Best {
+    /// An integrator that does so.
+    pub(super) fn of<'a>(&self, integrator: Integrator<'a>) -> Integrator<'a> {
+        integrator
+            .guided_to_indirect(self.guides_indirect)
+            .with_light_candidates(self.light_candidates)
+            .splitting_lights(self.split.lights)
+    }
 }
 
 /// What a first hit is worth splitting into.
@@ -118,12 +134,27 @@ pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>
         of_tiles.into_iter().fold(Trial::default(), Trial::and)
     };
 
-    let plain = integrator();
-    let (mut one, mut light_candidates) = (try_with(&plain, 1), plain.light_candidates());
-    if Plan::of(scene).tries_candidates {
-        let chosen = try_with(&integrator().with_light_candidates(LightCandidates::TRIED), 1);
+    let (plan, plain) = (Plan::of(scene), integrator());
+    let mut best = Best {
+        split: Split { rays: plan.split, lights: plain.splits_lights() },
+        light_candidates: plain.light_candidates(),
+        guides_indirect: plain.guides_indirect(),
+    };
+    let mut one = try_with(&plain, 1);
+    if plan.tries_guides && plain.has_indirect_guides() {
+        let guided = try_with(&integrator().guided_to_indirect(true), 1);
+        if guided.left_beside(&one) < GUIDES_WORTH_IT {
+            (one, best.guides_indirect) = (guided, true);
+        }
+    }
+    if !plan.splits_by_pilot {
+        return best;
+    }
+    if plan.tries_candidates {
+        let tried = Best { light_candidates: LightCandidates::TRIED, ..best };
+        let chosen = try_with(&tried.of(integrator()), 1);
         if chosen.left_beside(&one) < 1.0 {
-            (one, light_candidates) = (chosen, LightCandidates::TRIED);
+            (one, best) = (chosen, tried);
         }
     }
     let splits_lights: &[bool] = match scene.settings.light_samples {
@@ -133,11 +164,11 @@ pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>
         LightSamples::Auto => &[false, true],
     };
     let many = [false, true].map(|splits| {
-        let integrator = || integrator().with_light_candidates(light_candidates).splitting_lights(splits);
+        let integrator = || best.of(integrator()).splitting_lights(splits);
         let wanted = splits_lights.contains(&splits).then(|| try_with(&integrator(), PILOT_SPLIT));
         wanted.unwrap_or_default()
     });
-    Best { split: Trials { one, many }.best_split(), light_candidates }
+    Best { split: Trials { one, many }.best_split(), ..best }
 }
 
 /// Whether a pixel of a picture of `area` pixels is the pilot's: those of a lattice that is even in both directions.

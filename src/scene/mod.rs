@@ -30,7 +30,8 @@ pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
 pub use preset::Preset;
 pub use settings::{
-    Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
+    Aov, AtMaxDepth, DirectLight, GlossySamples, IndirectGuiding, LightCandidates, LightSamples, Occlusion,
+    SelfHit, Settings,
 };
 pub use world::World;
 

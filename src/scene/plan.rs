@@ -1,8 +1,8 @@
 //! What a scene requires of a render, and what is therefore left out.
 
 use super::{
-    AtMaxDepth, DirectLight, Environment, GlossySamples, Light, LightCandidates, Material, Scene, SelfHit,
-    Settings, Specular,
+    AtMaxDepth, DirectLight, Environment, GlossySamples, IndirectGuiding, Light, LightCandidates, Material,
+    Scene, SelfHit, Settings, Specular,
 };
 use crate::bxdf::microfacet::Ggx;
 use crate::geometry::Shape;
@@ -47,6 +47,10 @@ pub struct Plan {
     pub environment_table: bool,
     /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
     pub guides: bool,
+    /// Whether there are diffuse surfaces that others may light, and rays that find it.
+    pub guides_indirect: bool,
+    /// Whether a pilot finds out if it is worth it to guide rays there.
+    pub tries_guides: bool,
     /// Whether diffuse surfaces may see the environment through portals.
     pub portals: bool,
     /// Whether edges of emitters that the camera sees get rays of their own.
@@ -75,6 +79,8 @@ impl Plan {
         let splits_any = settings.glossy_samples.splits_any();
         let can_split = goes_on && (has_glossy || splits_any && has_diffuse && settings.diffuse_bounces);
         let splits_by_pilot = can_split && matches!(settings.glossy_samples, GlossySamples::Auto(_));
+        let lit_by_others = settings.diffuse_bounces && goes_on && has_diffuse && lights.samples;
+        let guides_indirect = settings.indirect_guiding != IndirectGuiding::Never && lit_by_others;
         Self {
             triangles: count(scene, |s| matches!(s, Shape::Mesh(_))),
             spheres: count(scene, |s| matches!(s, Shape::Spheres(_))),
@@ -97,12 +103,9 @@ impl Plan {
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,
             environment_table: lights.table,
-            guides: settings.guiding
-                && settings.diffuse_bounces
-                && goes_on
-                && has_diffuse
-                && (has_glossy || has_delta)
-                && lights.samples,
+            guides: settings.guiding && lit_by_others && (has_glossy || has_delta),
+            guides_indirect,
+            tries_guides: guides_indirect && settings.indirect_guiding == IndirectGuiding::Auto,
             portals: settings.portals
                 && settings.direct_light == DirectLight::Mis
                 && settings.occlusion.is_exact()
@@ -157,6 +160,15 @@ impl Plan {
             self.guides,
             "photons say where caustics come from",
             "photons (no caustic can fall on a diffuse surface, or none is wanted)",
+        );
+        say(
+            self.guides_indirect,
+            if self.tries_guides {
+                "camera paths say where diffuse surfaces see reflected light, and a pilot whether to look there"
+            } else {
+                "camera paths say where diffuse surfaces see reflected light"
+            },
+            "looking for reflected light (no diffuse surface sees others, or it is not wanted)",
         );
         say(
             self.portals,

@@ -1,7 +1,8 @@
 //! Named sets of settings.
 
 use super::settings::{
-    AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
+    AtMaxDepth, DirectLight, GlossySamples, IndirectGuiding, LightCandidates, LightSamples, Occlusion,
+    SelfHit, Settings,
 };
 use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
@@ -44,6 +45,7 @@ impl Preset {
             light_candidates: LightCandidates::Fixed(1),
             diffuse_bounces: false,
             guiding: false,
+            indirect_guiding: IndirectGuiding::Never,
             portals: false,
             emitter_edges: false,
             split_glass: false,

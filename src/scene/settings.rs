@@ -110,6 +110,19 @@ pub enum LightSamples {
     Auto,
 }
 
+/// Whether diffuse surfaces send part of their rays where most of the light that other surfaces reflect comes from: unbiased.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndirectGuiding {
+    /// Never.
+    Never,
+    /// Wherever the light comes from few directions.
+    Always,
+    /// There too, if a pilot finds it to be better.
+    #[default]
+    Auto,
+}
+
 /// Candidates of which each sample of lights is one, at hits where glossy lobes reflect most of the light; kept by what the hit
 /// would reflect of it: unbiased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -227,6 +240,8 @@ pub struct Settings {
     pub diffuse_bounces: bool,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: bool,
+    /// Whether they also send part of their rays where other light comes from that surfaces reflect: unbiased.
+    pub indirect_guiding: IndirectGuiding,
     /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
     pub portals: bool,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
@@ -281,6 +296,7 @@ impl Default for Settings {
             light_candidates: LightCandidates::Auto(Auto::Auto),
             diffuse_bounces: true,
             guiding: true,
+            indirect_guiding: IndirectGuiding::default(),
             portals: true,
             emitter_edges: true,
             split_glass: true,

@@ -2,7 +2,7 @@
 
 use super::way::{Claim, Engine, Way};
 use crate::accel::{Backend, EmbreeMode, Quality};
-use crate::scene::{Plan, Scene, Specular};
+use crate::scene::{IndirectGuiding, Plan, Scene, Specular};
 use clap::ValueEnum;
 
 /// Something that can be turned.
@@ -29,6 +29,8 @@ pub enum Knob {
     Sampler,
     /// Whether diffuse surfaces look where photons say that caustics come from
     Guiding,
+    /// Whether diffuse surfaces look where most of the light comes from that others reflect
+    IndirectGuiding,
     /// Whether lights are sampled through the windows by which little of the environment is seen
     Portals,
     /// Whether edges of lamps that the camera sees get rays of their own
@@ -56,7 +58,7 @@ pub(super) type Choice = (String, Result<Way, String>);
 
 impl Knob {
     /// All of them, in the order of reports.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Split,
         Self::Depth,
         Self::End,
@@ -67,6 +69,7 @@ impl Knob {
         Self::LightCandidates,
         Self::Sampler,
         Self::Guiding,
+        Self::IndirectGuiding,
         Self::Portals,
         Self::EmitterEdges,
         Self::SplitGlass,
@@ -109,8 +112,12 @@ impl Knob {
             Self::LightSamples if !plan.bounces => Some("nothing reflects"),
             // What they would find is only known where they may look.
             Self::Guiding if !scene.settings.guiding => Some("the scene turns it off"),
+            Self::IndirectGuiding if scene.settings.indirect_guiding == IndirectGuiding::Never => {
+                Some("the scene turns it off")
+            }
             Self::Portals if !scene.settings.portals => Some("the scene turns it off"),
             Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
+            Self::IndirectGuiding if !plan.guides_indirect => Some("no diffuse surface sees another"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
             Self::SplitGlass if !plan.has_glass => Some("there is no glass to go through"),
@@ -139,6 +146,7 @@ impl Knob {
                 named(base, "settings.sampler", &["sobol", "independent", "!regular", "!hammersley"])
             }
             Self::Guiding => on_and_off(base, "settings.guiding"),
+            Self::IndirectGuiding => named(base, "settings.indirect_guiding", &["auto", "always", "never"]),
             Self::Portals => on_and_off(base, "settings.portals"),
             Self::EmitterEdges => on_and_off(base, "settings.emitter_edges"),
             Self::SplitGlass => on_and_off(base, "settings.split_glass"),

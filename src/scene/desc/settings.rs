@@ -4,7 +4,8 @@ use crate::bxdf::Horizon;
 use crate::core::SamplerKind;
 use crate::scene::preset::Preset;
 use crate::scene::settings::{
-    Aov, AtMaxDepth, DirectLight, GlossySamples, LightCandidates, LightSamples, Occlusion, SelfHit, Settings,
+    Aov, AtMaxDepth, DirectLight, GlossySamples, IndirectGuiding, LightCandidates, LightSamples, Occlusion,
+    SelfHit, Settings,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -41,6 +42,9 @@ pub struct SettingsDesc {
     pub diffuse_bounces: Option<bool>,
     /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
     pub guiding: Option<bool>,
+    /// Whether they also send part of their rays where other light comes from that surfaces reflect; `auto` lets a pilot
+    /// choose: unbiased.
+    pub indirect_guiding: Option<IndirectGuiding>,
     /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
     pub portals: Option<bool>,
     /// Whether edges of emitters that the camera sees get camera rays of their own, which are not shaded: unbiased.
@@ -83,6 +87,7 @@ impl SettingsDesc {
             highlights: self.highlights.unwrap_or(preset.highlights),
             clamp_indirect: self.clamp_indirect.or(preset.clamp_indirect),
             guiding: self.guiding.unwrap_or(preset.guiding),
+            indirect_guiding: self.indirect_guiding.unwrap_or(preset.indirect_guiding),
             portals: self.portals.unwrap_or(preset.portals),
             emitter_edges: self.emitter_edges.unwrap_or(preset.emitter_edges),
             split_glass: self.split_glass.unwrap_or(preset.split_glass),
