@@ -3,7 +3,6 @@
 use super::photons::{Landed, Shooter, diffuse, dimension, hits, occluded};
 use crate::bxdf::{Bxdf, Diffuse};
 use crate::core::{Ray, Rgb};
-use crate::scene::{AtMaxDepth, Settings};
 use std::f32::consts::PI;
 
 /// One of so many photons looks what else its surface sees.
@@ -38,9 +37,7 @@ impl Shooter<'_> {
         let first = looking.iter().enumerate().filter_map(|(of, landed)| self.first_look(of, landed));
         let mut looks: Vec<Look> = first.collect();
         let mut seen = vec![0.0; looking.len()];
-        let Settings { max_depth, at_max_depth, .. } = self.scene.settings;
-        let most = if at_max_depth == AtMaxDepth::Roulette { u32::MAX } else { max_depth };
-        for surface in 0..most.min(MOST_SURFACES) {
+        for surface in 0..self.scene.settings.most_reflections().min(MOST_SURFACES) {
             looks = self.look_on(&looks, surface, &mut seen);
         }
         for (landed, seen) in looking.iter_mut().zip(seen) {
@@ -140,13 +137,7 @@ pub(super) mod tests {
             let scene = integrating_sphere(max_depth, at_max_depth);
             let accel = Bvh::new(&scene.shapes, &Default::default()).expect("the sphere is built");
             let reflectors = Reflectors::of(&scene);
-            let shooter = Shooter {
-                scene: &scene,
-                accel: &accel,
-                reflectors: &reflectors,
-                count: 1,
-                environment_mean: 0.0,
-            };
+            let shooter = Shooter::new(&scene, &accel, &reflectors, 0.0);
             let land = |index: u32| {
                 let dir = Vec3::new(1.0, 0.1 * index as f32, -0.5).normalize();
                 let ray = Ray::new(Vec3::ZERO, dir);

@@ -11,7 +11,7 @@ use crate::bxdf::{Bxdf, Diffuse, LobeSample};
 use crate::core::lanes::LANES;
 use crate::core::{Hit, Ray, Sampler, SamplerKind, Wide, widely};
 use crate::geometry::Aabb;
-use crate::scene::{AtMaxDepth, Interactions, Rivals, Settings, SurfaceInteraction};
+use crate::scene::{Interactions, Rivals, SurfaceInteraction};
 use std::ops::Range;
 
 /// Pixels for each camera path.
@@ -104,13 +104,11 @@ impl Shooter<'_> {
 
     /// What the diffuse surfaces see that these camera paths come to, each along the path's next ray, which may follow a guide.
     fn see(&self, paths: Range<u32>, guides: &GuideMap) -> Vec<Photon> {
-        let Settings { max_depth, at_max_depth, .. } = self.scene.settings;
-        let most = if at_max_depth == AtMaxDepth::Roulette { u32::MAX } else { max_depth.saturating_add(1) };
+        let most = self.scene.settings.most_reflections().saturating_add(1).min(MOST_SURFACES);
         let mut brought = vec![0.0; paths.len()];
         let place = |path: u32| (path - paths.start) as usize;
         let mut walkers: Vec<Walker> = paths.clone().map(|path| self.walker(path)).collect();
         let mut sights = vec![];
-        let most = most.min(MOST_SURFACES);
         for surface in 0..most {
             let rays: Vec<Ray> = walkers.iter().map(|walker| walker.ray).collect();
             let (mut arrived, mut step) = (vec![], Step::default());

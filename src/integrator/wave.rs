@@ -185,9 +185,9 @@ impl<'a> Integrator<'a> {
         self.guides.is_some_and(Guides::has_indirect)
     }
 
-    /// Whether they are followed.
+    /// Whether there are and they are followed.
     pub fn guides_indirect(&self) -> bool {
-        self.guides_indirect
+        self.guides_indirect && self.has_indirect_guides()
     }
 
     /// Looks for the environment through `portals`.

@@ -191,7 +191,7 @@ pub fn render(
         split: picture.split,
         splits_lights: picture.integrator.splits_lights(),
         light_candidates: picture.integrator.light_candidates(),
-        guides_indirect: picture.integrator.guides_indirect() && guides.has_indirect(),
+        guides_indirect: picture.integrator.guides_indirect(),
     }
 }
 

@@ -73,7 +73,7 @@ impl Plan {
         let has_glass = used().any(|m| matches!(m.specular, Specular::Dielectric { .. }));
         let has_emitters = used().any(|m| m.emission.is_some());
         let has_lobes = has_diffuse || has_glossy || has_delta;
-        let goes_on = settings.max_depth > 0 || settings.at_max_depth == AtMaxDepth::Roulette;
+        let goes_on = settings.most_reflections() > 0;
         let lights = LightUse::of(scene, has_diffuse, has_glossy);
         let bounces = has_lobes && goes_on;
         let splits_any = settings.glossy_samples.splits_any();

@@ -274,6 +274,11 @@ impl Settings {
     /// More reflections than any path has.
     pub const NEVER: u32 = u32::MAX;
 
+    /// Reflections that a path may take; those of roulette go on without end.
+    pub fn most_reflections(&self) -> u32 {
+        if self.at_max_depth == AtMaxDepth::Roulette { u32::MAX } else { self.max_depth }
+    }
+
     /// Whether of `count` samples per pixel those beyond [`EVEN_SAMPLES`] go where the noise is: where that is wanted, and
     /// numbers may end at any sample.
     pub fn shares_out(&self, count: u32) -> bool {
