@@ -13,6 +13,7 @@ pub mod fresnel;
 pub mod microfacet;
 pub mod mirror;
 pub mod plastic;
+mod width;
 
 pub use conductor::{ComplexIor, Conductor};
 pub use cosine_power::{CosinePower, Horizon, Policy, PreparedCosinePower};
@@ -21,6 +22,7 @@ pub use diffuse::Diffuse;
 pub use energy::CoatEnergy;
 pub use mirror::Mirror;
 pub use plastic::{Coat, Layers, Plastic};
+pub use width::Width;
 
 use crate::core::{Frame, Rgb};
 use glam::Vec3;
