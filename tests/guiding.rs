@@ -83,6 +83,35 @@ fn what_a_metal_throws_is_the_same_guided_or_not_but_for_the_noise() {
 }
 
 #[test]
+fn glossy_floors_show_the_same_guided_or_not_but_for_the_noise() {
+    let floor = "type = \"diffuse\"\n    cd = [0.6, 0.6, 0.6]";
+    // From where the lamp's image in the mirror is near the floor's mirror direction.
+    let text = MIRROR_AND_LAMP.replace("[0, 3, 0.2]", "[3, 1.2, 0.2]");
+    let power = |exponent: f32, horizon: &str| {
+        format!("type = \"cosine-power\"\n kr = 0.8\n exponent = {exponent}\n horizon = \"{horizon}\"")
+    };
+    for glossy in [
+        "type = \"conductor\"\n metal = \"copper\"\n alpha = 0.3".to_owned(),
+        "type = \"plastic\"\n cd = [0.6, 0.5, 0.4]\n alpha = 0.2".to_owned(),
+        power(5.0, "fold"),
+        power(20.0, "fold-weighted"),
+        power(20.0, "clip"),
+        power(20.0, "modified-phong"),
+        power(5.0, "fold") + "\n kd = 0.4\n cd = [0.5, 0.6, 0.7]",
+    ] {
+        assert!(text.contains(floor));
+        let text = text.replace(floor, &glossy);
+        let spp = ("settings.spp", "1024");
+        let film = |settings: &[(&str, &str)]| picture(&scene_with(&text, settings)).film;
+        let (guided, guided_error) = mean_and_error(&film(&[spp]));
+        let (unguided, unguided_error) = mean_and_error(&film(&[spp, UNGUIDED]));
+        let error = guided_error.hypot(unguided_error);
+        assert!((guided - unguided).abs() < 5.0 * error, "{glossy}: {guided} and {unguided}, error {error}");
+        assert!(2.0 * guided_error < unguided_error, "{glossy}: errors {guided_error} and {unguided_error}");
+    }
+}
+
+#[test]
 fn guided_rays_have_a_small_part_of_the_variance() {
     let spp = ("settings.spp", "256");
     let (_, guided) = mean_and_error(&film(&[spp]));

@@ -69,7 +69,8 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "N", value_parser = parse::light_candidates, help_heading = SETTINGS)]
     light_candidates: Option<LightCandidates>,
 
-    /// Send part of the rays of diffuse surfaces where photons say that caustics come from: unbiased, without the bright dots
+    /// Send part of the rays of diffuse and rough glossy surfaces where photons say that caustics come from: unbiased, without
+    /// the bright dots
     #[arg(long, value_name = "YES", num_args = 0..=1, default_missing_value = "true", help_heading = SETTINGS)]
     guiding: Option<bool>,
 

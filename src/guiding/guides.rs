@@ -1,4 +1,4 @@
-//! Both guides of the rays that leave diffuse surfaces.
+//! Both guides of the rays that leave surfaces.
 
 use super::map::{Cell, GuideMap};
 use super::photons::Shooter;
@@ -8,7 +8,8 @@ use crate::core::lanes::{LANES, Vectors};
 use crate::scene::{Plan, Scene};
 use std::f32::consts::PI;
 
-/// Where diffuse surfaces look for light that other surfaces reflect.
+/// Where surfaces look for light that others reflect: by their diffuse and their wide glossy lobes for caustics, by diffuse ones and
+/// plastics for all else.
 #[derive(Default)]
 pub struct Guides {
     /// To caustics, and to all other light.

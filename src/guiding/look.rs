@@ -72,7 +72,8 @@ impl Shooter<'_> {
             {
                 lit.push(Lit { of, radiance: weight * albedo * irradiance / PI, way });
             }
-            if let Some((ray, share)) = self.reflect(&bsdf, (&point, &point.at), |_| true, index, numbers + 1)
+            if let Some((ray, share, _)) =
+                self.reflect(&bsdf, (&point, &point.at), |_| true, index, numbers + 1)
             {
                 onward.push(Look { weight: weight * share, ray, ..*look });
             }

@@ -1,7 +1,7 @@
 //! Photons where they have landed, in cells: what a surface finds its guide by.
 
 use super::fit::fit;
-use super::mixture::Mixture;
+use super::mixture::{Lobe, Mixture};
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::prefetch;
 use crate::core::warp::within;
@@ -9,7 +9,7 @@ use crate::geometry::Aabb;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Light that has come to a diffuse surface.
+/// Light that has come to a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Photon {
     /// Where it has landed.
@@ -33,6 +33,8 @@ pub struct Photon {
 pub struct Cell {
     /// The share of samples that shall follow it, below 1.
     pub share: f32,
+    /// Light from where it leads, by the root mean square of all else, as a white surface would show both.
+    pub odds: f32,
     /// Where light comes from.
     pub mixture: Mixture,
 }
@@ -40,6 +42,9 @@ pub struct Cell {
 /// The greatest share of rays that look for caustics: a cell that its few looks around have told wrong things then costs
 /// no more than twice the variance either way.
 pub(super) const GREATEST_SHARE: f32 = 0.5;
+
+/// The same of rays of glossy lobes, of which looks around tell less: they see light on diffuse surfaces alone.
+const GREATEST_GLOSSY_SHARE: f32 = 0.25;
 
 /// A share below which a guide is not worth asking.
 const LEAST_SHARE: f32 = 0.02;
@@ -81,8 +86,24 @@ impl Cell {
             return None;
         }
         let mixture = fit(photons, 0.5 * (bounds.min + bounds.max), 0.5 * bounds.size().length())?;
-        Some(Self { share: share.min(greatest), mixture })
+        Some(Self { share: share.min(greatest), odds: odds(share), mixture })
     }
+
+    /// The guide for a lobe about an axis at a point with the normal `n`: to what the lobe shows of the light.
+    #[inline(always)]
+    pub fn within(&self, p: Vec3, n: Vec3, lobe: &Lobe) -> Self {
+        let (mixture, shown) = self.mixture.within(p, n, lobe);
+        // A white surface shows 1 / pi of what arrives.
+        let odds = self.odds * PI * shown;
+        let share = odds / (1.0 + odds);
+        let share = if share > LEAST_SHARE { share.min(GREATEST_GLOSSY_SHARE) } else { 0.0 };
+        Self { share, odds, mixture }
+    }
+}
+
+/// By how much light of this share of samples is more than all else.
+pub(super) fn odds(share: f32) -> f32 {
+    share / (1.0 - share.min(0.999))
 }
 
 /// What is left of a number where it does not ask the guide, which has a `share` of them.

@@ -47,6 +47,12 @@ impl Lobe {
     }
 }
 
+/// Beyond all numbers that are drawn: where lobes would begin that are not there.
+const BEYOND: f32 = 2.0;
+
+/// Light that comes at a smaller cosine is thought to come at this one.
+const LEAST_COS: f32 = 0.1;
+
 /// Up to eight lobes, side by side; those that are not there have no weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Mixture {
@@ -81,8 +87,7 @@ impl Mixture {
             width: [1.0; LANES],
             scale: none,
             weight: none,
-            // Beyond all numbers that are drawn.
-            before: [2.0; LANES],
+            before: [BEYOND; LANES],
         };
         let mut sum = 0.0;
         for (k, lobe) in lobes.iter().enumerate() {
@@ -94,6 +99,37 @@ impl Mixture {
             sum += weight;
         }
         mixture
+    }
+
+    /// The mixture of what a lobe, seen from `p` on a surface with the normal `n`, shows of the light of this one; and how much a
+    /// unit of irradiance is of what the lobe shows.
+    #[inline(always)]
+    pub fn within(&self, p: Vec3, n: Vec3, lobe: &Lobe) -> (Self, f32) {
+        let d = p - self.origin;
+        let mut product = Self { origin: p, nearness: [0.0; LANES], ..*self };
+        for k in 0..LANES {
+            let axis = self.axis(k, d);
+            let sum = self.width[k] + lobe.width;
+            let span = sum + (axis - lobe.axis).length_squared();
+            // As bells about two axes have it.
+            let overlap = Lobe::scale(sum) / (span * span * span);
+            product.weight[k] = self.weight[k] * overlap / n.dot(axis).max(LEAST_COS);
+            product.width[k] = (self.width[k] * lobe.width / sum).max(Lobe::LEAST_WIDTH);
+            let between = axis * lobe.width + lobe.axis * self.width[k];
+            let length = between.length();
+            let between = if length > 1e-3 * sum { between * length.recip() } else { axis };
+            [product.x[k], product.y[k], product.z[k]] = between.to_array();
+        }
+        let shown = sum(product.weight);
+        let scale = if shown > 0.0 { shown.recip() } else { 0.0 };
+        let mut before = 0.0;
+        for k in 0..LANES {
+            product.weight[k] *= scale;
+            product.scale[k] = product.weight[k] * Lobe::scale(product.width[k]);
+            product.before[k] = if self.before[k] < 1.0 { before } else { BEYOND };
+            before += product.weight[k];
+        }
+        (product, shown)
     }
 
     /// Of each lobe, its width and the squared chord between its axis, seen from `p`, and the unit vector `wi`.
@@ -262,6 +298,39 @@ mod tests {
             [(0.25, Vec3::new(-1.0, 4.0, 0.0)), (-0.25, Vec3::new(1.0, 4.0, 0.0)), (0.0, Vec3::Y)]
         {
             assert!((towards(nearness, p) - expected.normalize()).length() < 1e-3, "{nearness}");
+        }
+    }
+
+    #[test]
+    fn within_a_lobe_light_counts_as_the_lobe_shows_it() {
+        let [left, right] = [Vec3::new(-0.6, 0.8, 0.0), Vec3::new(0.6, 0.8, 0.0)];
+        let narrow = |weight, axis| Lobe { weight, axis, nearness: 0.0, width: 1e-4 };
+        // The first was given up when it was fitted.
+        let lobes = [narrow(0.0, right), narrow(0.5, left), narrow(0.5, right)];
+        let mixture = Mixture::new(Vec3::ZERO, &lobes);
+        let lobe = Lobe { weight: 1.0, axis: right, nearness: 0.0, width: 0.3 };
+        let (within, shown) = mixture.within(Vec3::ZERO, Vec3::Y, &lobe);
+
+        // Narrow light is shown as the lobe's density along it has it.
+        let bell = Mixture::new(Vec3::ZERO, &[lobe]);
+        let [of_left, of_right] = [left, right].map(|wi| 0.5 * bell.pdf(Vec3::ZERO, wi) / 0.8);
+        assert!((shown / (of_left + of_right) - 1.0).abs() < 0.01, "{shown}");
+        let draws = points(10_000).map(|u| within.sample(Vec3::ZERO, u));
+        let share = draws.filter(|wi| wi.x < 0.0).count() as f32 / 10_000.0;
+        let expected = of_left / (of_left + of_right);
+        assert!((share - expected).abs() < 0.01, "{share} and not {expected}");
+    }
+
+    #[test]
+    fn within_a_lobe_the_density_integrates_to_one() {
+        let count = 4_000_000;
+        for width in [0.06, 1.0] {
+            let lobe = Lobe { weight: 1.0, axis: Vec3::new(0.6, 0.0, -0.8), nearness: 0.0, width };
+            let (within, _) = three_lobes().within(NEARBY, Vec3::NEG_Z, &lobe);
+            let density = |u| f64::from(within.pdf(NEARBY, warp::uniform_sphere(u)));
+            let integral =
+                points(count).map(density).sum::<f64>() / f64::from(count) * 4.0 * std::f64::consts::PI;
+            assert!((integral - 1.0).abs() < 2e-3, "{width}: {integral}");
         }
     }
 

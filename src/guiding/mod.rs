@@ -3,9 +3,10 @@
 //! Towards caustics: a ray that leaves a wall meets the spot of a chrome ball that mirrors the lamp once in thousands of
 //! times, and then brings thousands of times the mean: the bright dots of path tracing. So before a render photons are shot
 //! that meet a lamp, then a sharp glossy surface, then a diffuse one (Jensen 1995, *Importance Driven Path Tracing using the
-//! Photon Map*). Where they land they tell from where, and part of the rays that leave the surface are sent there, each ray
-//! weighted by the density of the mixture. Photons carry no light into the picture: however few or wrong, they change
-//! its noise and never its mean.
+//! Photon Map*), or one that is much rougher than what has reflected them: the floor of brushed steel before a mirror. Where they
+//! land they tell from where, and part of the rays that leave the surface are sent there, each ray weighted by the density of the
+//! mixture; those of a glossy lobe to what it shows of that light. Photons carry no light into the picture: however few or wrong,
+//! they change its noise and never its mean.
 //!
 //! Towards all other light that surfaces reflect: a room whose lamps face its ceiling is lit by a patch of that, which a wall's rays
 //! meet now and then. So camera paths walk the scene before a render, and what they bring back tells from where each part of
@@ -20,7 +21,7 @@
 //!
 //! Read [`GuideMap`] first; `photons` makes what it is made of, from points of `reflectors`, `look` finds what else there is,
 //! `sights` what camera paths see, and `portals` what finds the sky; a `mixture` is what it gives, which `fit` makes of photons.
-//! [`Guides`] are both maps that the rays of diffuse surfaces ask.
+//! [`Guides`] are both maps that the rays of wide lobes ask.
 
 mod fit;
 mod guides;
@@ -34,4 +35,4 @@ mod sights;
 
 pub use guides::{CellNumbers, Guides};
 pub use map::{Cell, GuideMap, unguided};
-pub use mixture::Mixture;
+pub use mixture::{Lobe, Mixture};

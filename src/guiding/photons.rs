@@ -1,9 +1,9 @@
-//! Photons: from a light to a reflector, and on to diffuse surfaces.
+//! Photons: from a light to a reflector, and on to surfaces whose rays would miss them.
 
 use super::map::{Cell, GuideMap, Making, Photon};
 use super::reflectors::{Reflectors, focuses};
 use crate::accel::{Accelerator, Coherence};
-use crate::bxdf::{Bsdf, Bxdf, Incidence};
+use crate::bxdf::{Bsdf, Bxdf, Incidence, Width};
 use crate::core::{Hit, Ray, Sampler, SamplerKind};
 use crate::scene::{Receiver, Rivals, Scene, SurfaceInteraction};
 use glam::Vec3;
@@ -22,7 +22,7 @@ const CAUSTICS: Making = Making { most: 64, counts_dark: false, cell: Cell::to_c
 /// Photons and paths that one thread follows together.
 const TOGETHER: u32 = 2048;
 
-/// Reflections that a photon may take before it lands on a diffuse surface.
+/// Reflections that a photon may take before it lands.
 const MOST_REFLECTIONS: usize = 4;
 
 /// Which lobes reflect a photon or a look.
@@ -72,10 +72,12 @@ struct Flying {
     /// Its number, which its random numbers go by.
     index: u32,
     power: f32,
+    /// The [width](Bxdf::width) of the lobe that has reflected it last.
+    width: Width,
     ray: Ray,
 }
 
-/// A photon on a diffuse surface.
+/// A photon on a surface.
 pub(super) struct Landed {
     pub photon: Photon,
     pub index: u32,
@@ -115,7 +117,7 @@ impl<'a> Shooter<'a> {
         GuideMap::new(in_parallel(0..self.count, |photons| self.shoot(photons)), CAUSTICS)
     }
 
-    /// The photons of these numbers that land on diffuse surfaces, in order.
+    /// The photons of these numbers that land, in order.
     fn shoot(&self, numbers: Range<u32>) -> Vec<Photon> {
         let mut flying = self.lit(numbers);
         let mut landed = vec![];
@@ -152,8 +154,8 @@ impl<'a> Shooter<'a> {
             let at = Incidence { wo: wi, ..point.at };
             let power = irradiance * (2.0 * self.reflectors.area() as f32 / self.count as f32);
             let (bsdf, numbers) = (self.bsdf(&point), dimension::REFLECTION);
-            if let Some((ray, share)) = self.reflect(&bsdf, (&point, &at), focuses, index, numbers) {
-                flying.push(Flying { index, power: power * share, ray });
+            if let Some((ray, share, width)) = self.reflect(&bsdf, (&point, &at), focuses, index, numbers) {
+                flying.push(Flying { index, power: power * share, width, ray });
                 shadows.push(shadow);
             }
         }
@@ -180,19 +182,19 @@ impl<'a> Shooter<'a> {
         takes: Takes,
         index: u32,
         dimension: u32,
-    ) -> Option<(Ray, f32)> {
+    ) -> Option<(Ray, f32, Width)> {
         let pair = |k: u32| self.sampler().pair(index, dimension + k);
         let (lobe, probability) = choose(bsdf, at, takes, pair(1)[0])?;
         let sample = lobe.sample(at, pair(0))?;
         let ray = point.spawn(sample.wi, f32::INFINITY, self.scene.settings.self_hit);
-        Some((ray, sample.weight.luminance() / probability))
+        Some((ray, sample.weight.luminance() / probability, lobe.width()))
     }
 
     pub(super) fn bsdf(&self, point: &SurfaceInteraction) -> Bsdf {
         self.scene.bsdf(point.geom_id, point.p)
     }
 
-    /// What a photon does at a surface: it lands, if that is diffuse, and goes on, if it focuses light.
+    /// What a photon does at a surface: it lands, if rays from there would miss it, and goes on, if it is focused.
     fn arrive(
         &self,
         photon: &Flying,
@@ -203,14 +205,16 @@ impl<'a> Shooter<'a> {
     ) {
         let point = self.scene.interaction(&photon.ray, hit);
         let bsdf = self.bsdf(&point);
-        if diffuse(&bsdf).is_some() {
+        if bsdf.lobes().iter().any(|lobe| lobe.width().misses(photon.width)) {
             let (n, wi) = (point.at.n, point.at.wo);
             let landing = Photon { p: point.p, n, wi, power: photon.power, other: None, pdf: 0.0 };
             landed.push(Landed { photon: landing, index: photon.index, point });
         }
         let numbers = dimension::REFLECTION + 2 * reflection;
-        if let Some((ray, share)) = self.reflect(&bsdf, (&point, &point.at), focuses, photon.index, numbers) {
-            next.push(Flying { index: photon.index, power: photon.power * share, ray });
+        if let Some((ray, share, width)) =
+            self.reflect(&bsdf, (&point, &point.at), focuses, photon.index, numbers)
+        {
+            next.push(Flying { index: photon.index, power: photon.power * share, width, ray });
         }
     }
 }

@@ -4,7 +4,7 @@
 //! noise. So cells are large, and lobes that turn with the point that looks must do the rest.
 
 use super::fit::fit;
-use super::map::{Cell, GREATEST_SHARE, GuideMap, Making, Photon, unguided};
+use super::map::{Cell, GREATEST_SHARE, GuideMap, Making, Photon, odds, unguided};
 use super::photons::{Shooter, choose, hits, in_parallel, light, occluded};
 use super::reflectors::focuses;
 use crate::bxdf::{Bxdf, Diffuse, LobeSample};
@@ -286,7 +286,7 @@ impl Cell {
         // Also of no light at all there is nothing to be told.
         let worth_it = left < worth_it * second_moment(0.0);
         let mixture = worth_it.then(|| fit(&of_lit(0, 1), origin, radius))??;
-        Some(Self { share, mixture })
+        Some(Self { share, odds: odds(share), mixture })
     }
 }
 

@@ -104,7 +104,7 @@ impl<const N: usize> Wide for Choose<'_, '_, N> {
         integrator.choose_among((eight, to), (&counts, number), chosen, |lights, reflected| {
             let takes_light = |part: &Part| part.takes_light && number < part.rays;
             for (part, guides) in parts.iter().zip(&mut *guides).filter(|(part, _)| takes_light(part)) {
-                integrator.look_towards(&lights.wi, eight, guides);
+                integrator.look_towards(&lights.wi, (eight, part), guides);
                 part.reflect(eight.points, guides, lights, reflected);
             }
         });

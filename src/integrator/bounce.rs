@@ -99,7 +99,7 @@ pub(super) struct Leaving {
     pub rivals: Rivals,
     /// The lobe whose first ray shows what the camera sample shows.
     pub followed: Option<usize>,
-    /// The guides of diffuse rays, if they have any.
+    /// The guides of the rays, if they have any.
     pub guide: CellNumbers,
     /// Through which portals samples of lights look for the environment.
     pub portal: Portal,
@@ -337,7 +337,7 @@ impl Integrator<'_> {
         let Reached { path, point, bsdf } = from;
         let settings = &self.scene.settings;
         let (bxdf, rate) = (bsdf.lobe(lobe), leaving.rate[lobe]);
-        let guide = self.guide(leaving.guide, bxdf, point.p);
+        let guide = self.guide(leaving.guide, bxdf, point.p, &point.at);
         let Some(GuidedSample { sample, favour }) = guided::sample(bxdf, &point.at, guide, u, drawn) else {
             return;
         };

@@ -3,7 +3,7 @@
 
 use super::alike::{Arrived, Part};
 use super::bounce::{Dimension, share_of_survivors};
-use super::eight::{Eight, Lane, Pairs};
+use super::eight::{Directions, Eight, Lane, Pairs};
 use super::guided::{Guide, mix};
 use super::lobes::Lobes;
 use super::path::Path;
@@ -79,6 +79,16 @@ impl Integrator<'_> {
         lights: &EightSamples,
     ) -> (Bounced, Guidance) {
         let mut guides = Guidance::NONE;
+        if let Some(maps) = self.guides
+            && part.lobes.kind() == LobeKind::Glossy
+            && eight.guides != [CellNumbers::NONE; LANES]
+        {
+            let (lobes, rate) = (part.lobes, &part.rate);
+            let (mut bounced, guides) =
+                widely(FollowGlossy { maps, eight, lobes, arrived, rate, numbers, lights });
+            bounced.end_by_chance(arrived, &numbers.survival);
+            return (bounced, guides);
+        }
         let [x, y] = &numbers.lobe;
         let mut of_lobe = *x;
         if let (Some(maps), Lobes::Diffuse(_)) = (self.guides, part.lobes) {
@@ -90,17 +100,7 @@ impl Integrator<'_> {
             }
         }
         let (directions, colours) = part.lobes.draw(eight.points, &[of_lobe, *y]);
-        let mut bounced = Bounced {
-            wi: directions.wi,
-            beta: Colours::default(),
-            favour: arrived.favour,
-            pdf: directions.pdf,
-        };
-        for lane in 0..LANES {
-            let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
-            let weight = colours.get(lane) * weight;
-            bounced.beta.set(lane, arrived.beta.get(lane) * weight * part.rate[lane].recip());
-        }
+        let mut bounced = Bounced::along(&directions, &colours, (arrived, &part.rate));
         if guides.own != Guidance::NONE.own
             && let (Some(maps), Lobes::Diffuse(reflectance)) = (self.guides, part.lobes)
         {
@@ -113,12 +113,12 @@ impl Integrator<'_> {
 
     /// Finds the densities of guides along other directions to lights.
     #[inline(always)]
-    pub(super) fn look_towards(&self, wi: &Vectors, eight: &Eight, guides: &mut Guidance) {
+    pub(super) fn look_towards(&self, wi: &Vectors, (eight, part): (&Eight, &Part), guides: &mut Guidance) {
         for lane in 0..LANES {
             if let Some(maps) = self.guides
                 && guides.own[lane] < 1.0
             {
-                let guide = Guide { cells: maps.cells(eight.guides[lane]), p: eight.points.p.get(lane) };
+                let guide = eight.guide(maps, part.lobes, lane);
                 guides.towards_light[lane] = guide.densities([wi.get(lane); 2])[0];
             }
         }
@@ -203,6 +203,62 @@ impl Wide for Follow<'_> {
     }
 }
 
+/// Rays that leave glossy surfaces, of which some have guides, and what those have to do with samples of lights: as [`Follow`].
+struct FollowGlossy<'a> {
+    maps: &'a Guides,
+    eight: &'a Eight<'a>,
+    lobes: &'a Lobes,
+    arrived: &'a Arrived,
+    rate: &'a Floats,
+    numbers: &'a Numbers,
+    lights: &'a EightSamples,
+}
+
+impl Wide for FollowGlossy<'_> {
+    type Output = (Bounced, Guidance);
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { maps, eight, lobes, arrived, rate, numbers, lights } = self;
+        let mut guidance = Guidance::NONE;
+        let [x, y] = &numbers.lobe;
+        let mut of_lobe = *x;
+        let mut guides = [const { None }; LANES];
+        for lane in 0..LANES {
+            if eight.guides[lane] != CellNumbers::NONE && rate[lane] > 0.0 && lobes.width(lane).is_wide() {
+                let guide = eight.guide(maps, lobes, lane);
+                (of_lobe[lane], guidance.own[lane]) = (guide.unguided(x[lane]), guide.own());
+                guides[lane] = Some(guide);
+            }
+        }
+        let (directions, colours) = lobes.draw(eight.points, &[of_lobe, *y]);
+        let mut bounced = Bounced::along(&directions, &colours, (arrived, rate));
+        let mut there = directions.weight.map(|weight| weight > 0.0);
+        for lane in 0..LANES {
+            if let Some(guide) = &guides[lane] {
+                if let Some(wi) = guide.draw([x[lane], y[lane]]) {
+                    bounced.wi.set(lane, wi);
+                    there[lane] = true;
+                }
+                [guidance.towards_light[lane], guidance.along_ray[lane]] =
+                    guide.densities([lights.wi.get(lane), bounced.wi.get(lane)]);
+            }
+        }
+        let (f_cos, alone) = lobes.evaluate(eight.points, &bounced.wi);
+        for lane in 0..LANES {
+            if guides[lane].is_some() {
+                let pdf = mix(guidance.along_ray[lane], guidance.own[lane], alone[lane]);
+                let f_cos = f_cos.get(lane);
+                let weight = if f_cos.is_black() | !there[lane] { Rgb::BLACK } else { f_cos / pdf };
+                bounced.beta.set(lane, arrived.beta.get(lane) * weight * rate[lane].recip());
+                bounced.favour[lane] = arrived.favour[lane] * (pdf / alone[lane]);
+                bounced.pdf[lane] = pdf;
+            }
+        }
+        (bounced, guidance)
+    }
+}
+
 impl Guidance {
     /// None anywhere.
     pub(super) const NONE: Self =
@@ -236,6 +292,18 @@ impl Guidance {
 }
 
 impl Bounced {
+    /// Rays that lobes alone have drawn, with the colours of their weights.
+    #[inline(always)]
+    fn along(directions: &Directions, colours: &Colours, (arrived, rate): (&Arrived, &Floats)) -> Self {
+        let mut beta = Colours::default();
+        for lane in 0..LANES {
+            let weight = if directions.weight[lane] > 0.0 { directions.weight[lane] } else { 0.0 };
+            let weight = colours.get(lane) * weight;
+            beta.set(lane, arrived.beta.get(lane) * weight * rate[lane].recip());
+        }
+        Self { wi: directions.wi, beta, favour: arrived.favour, pdf: directions.pdf }
+    }
+
     /// Ends rays by chance, where they may end; the others stand for them.
     #[inline(always)]
     fn end_by_chance(&mut self, arrived: &Arrived, survival: &Floats) {

@@ -9,9 +9,11 @@ use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, LobeKind};
 use crate::core::lanes::LANES;
 use crate::core::{Ray, Rgb};
+use crate::guiding::Cell;
 use crate::scene::{
     DirectLight, EightSamples, EmitterHit, Interactions, LightSample, Receivers, Rivals, SurfaceInteraction,
 };
+use std::borrow::Cow;
 
 /// Light that arrives if nothing is in the way of a ray.
 pub(super) struct Unoccluded {
@@ -136,7 +138,7 @@ impl Integrator<'_> {
         let Reached { path, point, bsdf } = from;
         let mut reflected = Rgb::BLACK;
         for (lobe, bxdf) in bsdf.lobes().iter().enumerate() {
-            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p));
+            let rays = (leaving.rate[lobe], self.guide(leaving.guide, bxdf, point.p, &point.at));
             reflected += self.lit(path, point, bxdf, rays, light);
         }
         reflected
@@ -160,7 +162,7 @@ impl Integrator<'_> {
         path: &Path,
         point: &SurfaceInteraction,
         bxdf: &Bxdf,
-        (rate, guide): (f32, Option<Guide>),
+        (rate, guide): (f32, Option<Guide<Cow<Cell>>>),
         light: &LightSample,
     ) -> Rgb {
         let settings = &self.scene.settings;

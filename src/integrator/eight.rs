@@ -1,6 +1,8 @@
 //! What eight surfaces need, found side by side.
 
 use super::bounce::{Dimension, Leaving};
+use super::guided::Guide;
+use super::lobes::Lobes;
 use super::order::Order;
 use super::path::Path;
 use super::portals::Portal;
@@ -9,8 +11,9 @@ use super::wave::Integrator;
 use crate::bxdf::{Bsdf, Bxdf, Conductor, Diffuse, Drawn, LobeKind};
 use crate::core::lanes::{Floats, LANES, Vectors};
 use crate::core::{Sampler, Wide, widely};
-use crate::guiding::{CellNumbers, Guides};
+use crate::guiding::{Cell, CellNumbers, Guides};
 use crate::scene::{DirectLight, Interactions, Needs, Rivals, Scene, SurfaceInteraction};
+use std::borrow::Cow;
 
 /// Eight surfaces that rays have hit, and what is drawn at nearly every one.
 ///
@@ -24,7 +27,7 @@ pub(super) struct Eight<'a> {
     samplers: [Sampler; LANES],
     /// The direction of the first lobe's ray, where it is one; zeros where no ray leaves.
     pub lobe: Pairs,
-    /// The numbers of the guides of diffuse rays.
+    /// The numbers of the guides of rays.
     pub guides: [CellNumbers; LANES],
     /// Through which portals samples of lights look for the environment.
     pub portals: [Portal; LANES],
@@ -72,7 +75,7 @@ impl<'a> Lane<'a> {
         [x[self.lane], y[self.lane]]
     }
 
-    /// The numbers of the guides of diffuse rays.
+    /// The numbers of the guides of rays.
     #[inline(always)]
     pub(super) fn guide(self) -> CellNumbers {
         self.eight.guides[self.lane]
@@ -128,6 +131,13 @@ impl Eight<'_> {
     #[inline(always)]
     pub(super) fn draw_at(&self, dimension: Dimension, indices: [u32; LANES]) -> Pairs {
         dimension.draw(&self.samplers, indices, self.from.map(|path| path.depth))
+    }
+
+    /// The guide of the rays of the lobe in a lane.
+    #[inline(always)]
+    pub(super) fn guide<'b>(&self, maps: &'b Guides, lobes: &Lobes, lane: usize) -> Guide<Cow<'b, Cell>> {
+        let Interactions { p, n, wo, .. } = self.points;
+        Guide::of(maps, self.guides[lane], lobes.width(lane), (p.get(lane), n.get(lane), wo.get(lane)))
     }
 
     /// What lights want to know beyond their own pair.
@@ -187,7 +197,7 @@ impl Integrator<'_> {
         let mut guides = [CellNumbers::NONE; LANES];
         if let Some(maps) = self.guides
             && goes_on
-            && Order::may_be_diffuse(kind)
+            && Order::may_be_guided(kind)
         {
             guides = widely(Find { maps, points, indirect: self.guides_indirect });
         }
@@ -239,13 +249,7 @@ impl Integrator<'_> {
             let Some((lobe, u)) = leaving.only(drawn.lobe()) else { continue };
             [x[lane], y[lane]] = u;
             match bsdf.lobe(lobe) {
-                bxdf @ Bxdf::Diffuse(_) => {
-                    diffuse[lane] = true;
-                    // Where the number asks a guide, nobody looks at what it would draw from the lobe.
-                    if let Some(guide) = self.guide(leaving.guide, bxdf, eight.points.p.get(lane)) {
-                        x[lane] = guide.unguided(x[lane]);
-                    }
-                }
+                Bxdf::Diffuse(_) => diffuse[lane] = true,
                 bxdf @ Bxdf::Conductor(lobe) if bxdf.kind() == LobeKind::Glossy => {
                     metal[lane] = true;
                     alpha[lane] = lobe.alpha;
@@ -255,6 +259,11 @@ impl Integrator<'_> {
                     powers.set(lane, lobe);
                 }
                 _ => continue,
+            }
+            // Where the number asks a guide, nobody looks at what it would draw from the lobe.
+            let point = drawn.point();
+            if let Some(guide) = self.guide(leaving.guide, bsdf.lobe(lobe), point.p, &point.at) {
+                x[lane] = guide.unguided(x[lane]);
             }
         }
         let mut directions = Directions::default();

@@ -1,38 +1,39 @@
-//! Lobes that rays leave with guides: a diffuse lobe's rays are in part sent where caustics and other reflected light come from.
+//! Lobes that rays leave with guides: the rays of wide ones are in part sent where caustics and other reflected light come from.
 
 use super::bounce::Leaving;
 use super::wave::Integrator;
-use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeKind, LobeSample};
+use crate::bxdf::{Bsdf, Bxdf, Drawn, Incidence, LobeSample, Width};
 use crate::core::Rgb;
-use crate::guiding::{Cell, CellNumbers, unguided};
+use crate::guiding::{Cell, CellNumbers, Guides, Lobe, unguided};
 use glam::Vec3;
+use std::borrow::{Borrow, Cow};
 
-/// The guides of the rays of a diffuse lobe.
+/// The guides of the rays of a lobe.
 #[derive(Clone, Copy)]
-pub(super) struct Guide<'a> {
+pub(super) struct Guide<C> {
     /// The first has its share of all rays, the second of those that are left.
-    pub cells: [Option<&'a Cell>; 2],
+    pub cells: [Option<C>; 2],
     /// The point that looks.
     pub p: Vec3,
 }
 
-impl Guide<'_> {
+impl<C: Borrow<Cell>> Guide<C> {
     /// The share of rays that the lobe alone draws.
     #[inline(always)]
     pub fn own(&self) -> f32 {
-        self.cells.iter().flatten().map(|cell| 1.0 - cell.share).product()
+        self.cells.iter().flatten().map(Borrow::borrow).map(|cell: &Cell| 1.0 - cell.share).product()
     }
 
     /// What is left of a number for the lobe, where that does not ask a guide.
     #[inline(always)]
     pub fn unguided(&self, u: f32) -> f32 {
-        self.cells.iter().flatten().fold(u, |u, cell| unguided(cell.share, u))
+        self.cells.iter().flatten().map(Borrow::borrow).fold(u, |u, cell: &Cell| unguided(cell.share, u))
     }
 
     /// The direction that the numbers `u` draw from a guide, if they ask one.
     #[inline(always)]
     pub fn draw(&self, [mut x, y]: [f32; 2]) -> Option<Vec3> {
-        for cell in self.cells.iter().flatten() {
+        for cell in self.cells.iter().flatten().map(Borrow::<Cell>::borrow) {
             let drawn = cell.draw(self.p, [x, y]);
             if drawn.is_some() {
                 return drawn;
@@ -46,7 +47,7 @@ impl Guide<'_> {
     #[inline(always)]
     pub fn densities(&self, wi: [Vec3; 2]) -> [f32; 2] {
         let (mut left, mut densities) = (1.0, [0.0; 2]);
-        for cell in self.cells.iter().flatten() {
+        for cell in self.cells.iter().flatten().map(Borrow::<Cell>::borrow) {
             let pdfs = cell.mixture.pdfs(self.p, wi);
             for (density, pdf) in densities.iter_mut().zip(pdfs) {
                 *density += left * cell.share * pdf;
@@ -54,6 +55,25 @@ impl Guide<'_> {
             left *= 1.0 - cell.share;
         }
         densities
+    }
+}
+
+impl<'a> Guide<Cow<'a, Cell>> {
+    /// The guide of the rays of a lobe of this width that leave a point with a normal towards `wo`: where a glossy one leads, within
+    /// its lobe, to caustics alone.
+    #[inline(always)]
+    pub fn of(
+        guides: &'a Guides,
+        numbers: CellNumbers,
+        width: Width,
+        (p, n, wo): (Vec3, Vec3, Vec3),
+    ) -> Self {
+        if width == Width::EVERYWHERE {
+            return Self { cells: guides.cells(numbers).map(|cell| cell.map(Cow::Borrowed)), p };
+        }
+        let lobe = Lobe { weight: 1.0, axis: 2.0 * n.dot(wo) * n - wo, nearness: 0.0, width: width.0 };
+        let [caustics, _] = guides.cells(numbers);
+        Self { cells: [caustics.map(|cell| Cow::Owned(cell.within(p, n, &lobe))), None], p }
     }
 }
 
@@ -66,18 +86,25 @@ impl<'a> Integrator<'a> {
         }
         let mut lobes = bsdf.lobes().iter().enumerate();
         let goes_on = lobes.any(|(lobe, bxdf)| {
-            bxdf.kind() == LobeKind::Diffuse && leaving.rate[lobe] > 0.0 && !leaving.emission_only[lobe]
+            bxdf.width().is_wide() && leaving.rate[lobe] > 0.0 && !leaving.emission_only[lobe]
         });
         if goes_on { guide } else { CellNumbers::NONE }
     }
 
-    /// The guides of these numbers for the rays of a lobe that leave `p`: only diffuse ones need any.
+    /// The guides of these numbers for the rays of a lobe that leave `p`, where `at` is: only wide ones need any.
     #[inline]
-    pub(super) fn guide(&self, numbers: CellNumbers, bxdf: &Bxdf, p: Vec3) -> Option<Guide<'a>> {
-        if numbers == CellNumbers::NONE || bxdf.kind() != LobeKind::Diffuse {
+    pub(super) fn guide(
+        &self,
+        numbers: CellNumbers,
+        bxdf: &Bxdf,
+        p: Vec3,
+        at: &Incidence,
+    ) -> Option<Guide<Cow<'a, Cell>>> {
+        if numbers == CellNumbers::NONE || !bxdf.width().is_wide() {
             return None;
         }
-        self.guides.map(|guides| Guide { cells: guides.cells(numbers), p })
+        let guides = self.guides?;
+        Some(Guide::of(guides, numbers, bxdf.width(), (p, at.n, at.wo)))
     }
 }
 
@@ -94,7 +121,7 @@ pub(super) struct GuidedSample {
 pub(super) fn sample(
     bxdf: &Bxdf,
     at: &Incidence,
-    guide: Option<Guide>,
+    guide: Option<Guide<Cow<Cell>>>,
     u: [f32; 2],
     drawn: Option<Drawn>,
 ) -> Option<GuidedSample> {
@@ -117,7 +144,7 @@ pub(super) fn sample(
 
 /// A lobe's value times the cosine, and the density with which [`sample`] goes along `wi`, in 1/sr.
 #[inline(always)]
-pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide>, wi: Vec3) -> (Rgb, f32) {
+pub(super) fn evaluate(bxdf: &Bxdf, at: &Incidence, guide: Option<Guide<Cow<Cell>>>, wi: Vec3) -> (Rgb, f32) {
     let (f_cos, pdf) = bxdf.evaluate(at, wi);
     match guide {
         Some(guide) => (f_cos, mix(guide.densities([wi; 2])[0], guide.own(), pdf)),

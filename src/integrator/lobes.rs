@@ -5,7 +5,7 @@ use super::metals::Metals;
 use super::order::Order;
 use super::plastics::Plastics;
 use super::powers::ColouredPowers;
-use crate::bxdf::{Bxdf, Diffuse, LobeKind};
+use crate::bxdf::{Bxdf, Diffuse, LobeKind, Width};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::scene::Interactions;
 
@@ -71,6 +71,16 @@ impl Lobes {
             Self::Metal(metals) => metals.draw(points, u),
             Self::Plastic(plastics) => plastics.draw(points, u),
             Self::Power(powers) => powers.draw(points, u),
+        }
+    }
+
+    /// See [`Bxdf::width`].
+    #[inline(always)]
+    pub(super) fn width(&self, lane: usize) -> Width {
+        match self {
+            Self::Diffuse(_) | Self::Plastic(_) => Width::EVERYWHERE,
+            Self::Metal(metals) => metals.width(lane),
+            Self::Power(powers) => powers.width(lane),
         }
     }
 

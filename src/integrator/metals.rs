@@ -1,7 +1,7 @@
 //! Rough metals of eight surfaces, side by side.
 
 use super::eight::{Directions, Pairs};
-use crate::bxdf::{Bxdf, ComplexIor, Conductor};
+use crate::bxdf::{Bxdf, ComplexIor, Conductor, Width};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::scene::Interactions;
 
@@ -55,6 +55,12 @@ impl Metals {
     pub(super) fn draw(&self, points: &Interactions, u: &Pairs) -> (Directions, Colours) {
         let directions = Directions::metal(points, &self.alpha, u);
         (directions, self.colours(&directions.cos_half))
+    }
+
+    /// See [`Bxdf::width`].
+    #[inline(always)]
+    pub(super) fn width(&self, lane: usize) -> Width {
+        Width::of_metal(self.alpha[lane])
     }
 
     /// The colours of reflections at these cosines of incidence, as each metal by itself has them.

@@ -43,6 +43,12 @@ impl Order {
         matches!(kind, Self::DIFFUSE | Self::DIFFUSE_AND_POWER | Self::OTHER)
     }
 
+    /// Whether surfaces of a kind may have rays that follow guides.
+    #[inline(always)]
+    pub(super) fn may_be_guided(kind: usize) -> bool {
+        Self::may_be_diffuse(kind) || matches!(kind, Self::METAL | Self::PLASTIC | Self::POWER)
+    }
+
     /// Whether surfaces of a kind may reflect what comes from anywhere.
     #[inline(always)]
     pub(super) fn may_be_wide(kind: usize) -> bool {

@@ -1,7 +1,7 @@
 //! Cosine powers of eight surfaces, side by side.
 
 use super::eight::{Directions, Pairs};
-use crate::bxdf::{Bxdf, CosinePower, Horizon, Policy};
+use crate::bxdf::{Bxdf, CosinePower, Horizon, Policy, Width};
 use crate::core::lanes::{Colours, Floats, LANES, Vectors};
 use crate::scene::Interactions;
 
@@ -78,6 +78,12 @@ impl ColouredPowers {
             made.reflectance.set(lane, lobe.reflectance);
         }
         Some(made)
+    }
+
+    /// See [`Bxdf::width`].
+    #[inline(always)]
+    pub(super) fn width(&self, lane: usize) -> Width {
+        Width::of_power(self.powers.exponent[lane])
     }
 
     /// What is reflected of light from `wi`, and the density of rays there.

@@ -46,7 +46,7 @@ pub struct Integrator<'a> {
     pub(super) alike: bool,
     /// What surfaces are likely to need.
     pub(super) likely: Likely,
-    /// Where diffuse surfaces look for light, if guides are any.
+    /// Where surfaces look for light, if guides are any.
     pub(super) guides: Option<&'a Guides>,
     /// Whether they look for all light that surfaces reflect, and not for caustics alone.
     pub(super) guides_indirect: bool,
@@ -168,7 +168,7 @@ impl<'a> Integrator<'a> {
         }
     }
 
-    /// Sends rays of diffuse surfaces where `guides` lead.
+    /// Sends rays of wide lobes where `guides` lead.
     pub fn guided_by(mut self, guides: &'a Guides) -> Self {
         self.guides = Some(guides).filter(|guides| !guides.is_empty());
         self

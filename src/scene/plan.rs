@@ -5,8 +5,10 @@ use super::{
     Scene, SelfHit, Settings, Specular,
 };
 use crate::bxdf::microfacet::Ggx;
+use crate::bxdf::{LobeKind, Width};
 use crate::geometry::Shape;
 use crate::scene::settings::{EVEN_SAMPLES, MAX_AUTO_SPLIT};
+use glam::Vec3;
 
 /// What a scene requires; a stage that it does not ask for does not run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -45,7 +47,7 @@ pub struct Plan {
     pub shadow_rays: bool,
     /// Whether the environment is sampled by a table of its radiance.
     pub environment_table: bool,
-    /// Whether there are diffuse surfaces on which others may focus light, and rays that find it.
+    /// Whether there are surfaces on which others may focus light, and rays that would miss it.
     pub guides: bool,
     /// Whether there are diffuse surfaces that others may light, and rays that find it.
     pub guides_indirect: bool,
@@ -103,7 +105,7 @@ impl Plan {
             samples_lights: lights.samples,
             shadow_rays: lights.shadows,
             environment_table: lights.table,
-            guides: settings.guiding && lit_by_others && (has_glossy || has_delta),
+            guides: settings.guiding && goes_on && lights.samples && may_miss_caustics(scene),
             guides_indirect,
             tries_guides: guides_indirect && settings.indirect_guiding == IndirectGuiding::Auto,
             portals: settings.portals
@@ -159,7 +161,7 @@ impl Plan {
         say(
             self.guides,
             "photons say where caustics come from",
-            "photons (no caustic can fall on a diffuse surface, or none is wanted)",
+            "photons (no caustic can fall where rays would miss it, or none is wanted)",
         );
         say(
             self.guides_indirect,
@@ -217,6 +219,21 @@ fn is_glossy(material: &Material) -> bool {
         Specular::Conductor { alpha, .. } => !Ggx { alpha }.is_smooth(),
         Specular::None | Specular::Mirror(_) | Specular::Dielectric { .. } => false,
     }
+}
+
+/// Whether rays of some surface may hardly find what another has reflected of a small light.
+fn may_miss_caustics(scene: &Scene) -> bool {
+    let Settings { diffuse_bounces, .. } = scene.settings;
+    let used = scene.geometries.iter().map(|g| scene.materials[g.material as usize].bsdf(Vec3::ZERO));
+    let (mut widest, mut narrowest) = (Width::NONE, Width::EVERYWHERE);
+    for bsdf in used {
+        for lobe in bsdf.lobes() {
+            let (width, looks) = (lobe.width(), diffuse_bounces || lobe.kind() != LobeKind::Diffuse);
+            widest = if looks && width > widest { width } else { widest };
+            narrowest = if width < narrowest { width } else { narrowest };
+        }
+    }
+    widest.misses(narrowest)
 }
 
 fn is_delta(material: &Material) -> bool {

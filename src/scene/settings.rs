@@ -238,9 +238,9 @@ pub struct Settings {
     pub light_candidates: LightCandidates,
     /// Whether diffuse surfaces see other surfaces (global illumination) or only lights (the textbook's).
     pub diffuse_bounces: bool,
-    /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
+    /// Whether surfaces send part of the rays of diffuse and of wide glossy lobes where photons say that caustics come from: unbiased.
     pub guiding: bool,
-    /// Whether they also send part of their rays where other light comes from that surfaces reflect: unbiased.
+    /// Whether diffuse ones also send part of their rays where other light comes from that surfaces reflect: unbiased.
     pub indirect_guiding: IndirectGuiding,
     /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
     pub portals: bool,

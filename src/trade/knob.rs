@@ -116,7 +116,7 @@ impl Knob {
                 Some("the scene turns it off")
             }
             Self::Portals if !scene.settings.portals => Some("the scene turns it off"),
-            Self::Guiding if !plan.guides => Some("no surface can throw a caustic on a diffuse one"),
+            Self::Guiding if !plan.guides => Some("no surface can throw a caustic where rays would miss it"),
             Self::IndirectGuiding if !plan.guides_indirect => Some("no diffuse surface sees another"),
             Self::Portals if !plan.portals => Some("no diffuse surface sees an environment"),
             Self::EmitterEdges if !plan.has_emitters => Some("no shape emits"),
