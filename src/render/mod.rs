@@ -1,15 +1,17 @@
 //! A whole picture: tiles on threads, rounds of samples, progress, and stopping.
 //!
 //! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
-//! `split` into how many rays a first hit is worth splitting.
+//! `pilot` what is best for the picture before it begins, of which `split` says into how many rays a first hit goes.
 
 mod adaptive;
 mod aov;
 mod cost;
 mod decisions;
 mod noise;
+mod pilot;
 mod split;
 mod tile;
+mod trial;
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
@@ -171,7 +173,7 @@ pub fn render(
     let plan = Plan::of(scene);
     picture.split = if plan.splits_by_pilot || plan.tries_guides && guides.has_indirect() {
         let pilot = || prepared(Integrator::new(scene, accel)).with_seed(!scene.settings.seed);
-        let best = pool.install(|| split::best(scene, pilot, stop));
+        let best = pool.install(|| pilot::best(scene, pilot, stop));
         picture.integrator = best.of(picture.integrator);
         best.split.rays
     } else {

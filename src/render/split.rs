@@ -1,54 +1,24 @@
-//! Into how many rays the first hit of a path is worth splitting, whether samples of lights are worth it too, whether those
-//! of glossy hits are worth choosing among candidates, and whether guides to all light that surfaces reflect are worth asking.
+//! Into how many rays the first hit of a path is worth splitting, and whether samples of lights are worth it too.
 //!
 //! With V1 the variance that a pixel has without the lobe's own, V2 that of one lobe sample, and c1, c2 what a camera
 //! sample and a lobe sample cost, m rays have the variance `V1 + V2 / m` at the cost `c1 + m c2`: the product is
-//! least at `m = sqrt(V2 c1 / (V1 c2))`. Both sides are measured by a pilot before the picture: some pixels take a few samples
-//! that do not split, and as many that do. The ratio of the variances hardly hangs on how many samples there are (in six scenes,
-//! from 4 to 64 samples, that of 4 rays to one moved by 0.02 to 0.17), so that a few tell it.
+//! least at `m = sqrt(V2 c1 / (V1 c2))`. Both sides are measured by a [pilot](super::pilot) before the picture: some pixels take a
+//! few samples that do not split, and as many that do. The ratio of the variances hardly hangs on how many samples there are (in six
+//! scenes, from 4 to 64 samples, that of 4 rays to one moved by 0.02 to 0.17), so that a few tell it.
 //!
-//! The pilot's samples have numbers of their own and are not the picture's: so its answer hangs on the scene and its settings
-//! alone, and every part of a picture finds the same. All pixels get one number of rays, since the rays of sample i take the
-//! numbers `i m` to `i m + m - 1` of the pixel's sequence: samples of two kinds would share numbers and leave others out,
-//! which costs more than there is to win.
+//! All pixels get one number of rays, since the rays of sample i take the numbers `i m` to `i m + m - 1` of the pixel's sequence:
+//! samples of two kinds would share numbers and leave others out, which costs more than there is to win.
 
-use super::cost::cost;
-use super::tile::{Tile, tiles};
-use crate::film::{Film, Pixel, PixelRect};
-use crate::integrator::{Integrator, Scratch, Tally, Work};
+use super::trial::{POWER, Trial};
 use crate::scene::settings::MAX_AUTO_SPLIT;
-use crate::scene::{LightCandidates, LightSamples, Plan, Scene};
-use rayon::prelude::*;
-use std::sync::atomic::AtomicBool;
 
 /// Rays per hit of the pilot's samples that split.
-const PILOT_SPLIT: u32 = 4;
-
-/// Parts of a pilot's samples whose means are compared: each is well spread by itself, as samples of one pixel are.
-const PARTS: u32 = 8;
-
-/// Samples of each part.
-const SAMPLES_OF_PART: u32 = 2;
-
-/// Of so many pixels one is the pilot's, at least.
-const PIXELS_PER_TRIED: u32 = 128;
-
-/// Pixels of a pilot, at most: they tell the ratio of variances to a few percent.
-const MOST_TRIED: u32 = 2048;
-
-/// Edge of the tiles in which a pilot works, so that each has a wave's worth of samples.
-const TILE_SIZE: u32 = 128;
-
-/// Neighbouring pixels of a pilot whose noise is added up before it is compared with that of others.
-const TOGETHER: usize = 8;
+pub(super) const PILOT_SPLIT: u32 = 4;
 
 /// The least of the variance that is left with [`PILOT_SPLIT`] rays, of a pilot's few samples. Less than a quarter can be left,
 /// since more numbers of a sequence are better spread too; but what little is not the lobe's is known least, and decides about
 /// large numbers.
 const LEAST_LEFT: f64 = 0.29;
-
-/// The power of variances at which two kinds of samples are compared: a rare bright path weighs less than in the variance.
-const POWER: f64 = 0.7;
 
 /// Numbers of rays whose promises differ by less than this factor count as equally good; the least of them is taken: what
 /// more rays promise for smooth parts of a picture, they do not keep at edges, and where errors fall faster than by the number of
@@ -61,31 +31,6 @@ const WORTH_IT: f64 = 0.96;
 /// Splitting samples of lights too must promise to be better than splitting rays alone by this factor.
 const LIGHTS_WORTH_IT: f64 = 0.93;
 
-/// Guides to all light that surfaces reflect must promise to be better than those to caustics alone by this factor: to ask them
-/// takes a sixth to a third of the time, which costs in rays do not tell.
-const GUIDES_WORTH_IT: f64 = 0.8;
-
-/// What a pilot has found best.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Best {
-    /// What a first hit is worth splitting into.
-    pub split: Split,
-    /// Candidates for each sample of lights at a glossy hit.
-    pub light_candidates: u32,
-    /// Whether diffuse surfaces look for all light that others reflect.
-    pub guides_indirect: bool,
-}
-
-impl Best {
-    /// An integrator that does so.
-    pub(super) fn of<'a>(&self, integrator: Integrator<'a>) -> Integrator<'a> {
-        integrator
-            .guided_to_indirect(self.guides_indirect)
-            .with_light_candidates(self.light_candidates)
-            .splitting_lights(self.split.lights)
-    }
-}
-
 /// What a first hit is worth splitting into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
@@ -97,151 +42,15 @@ pub(super) struct Split {
 
 /// What a pilot's pixels were like, in order, with samples that do not split and with samples that do.
 #[derive(Default)]
-struct Trials {
-    one: Trial,
+pub(super) struct Trials {
+    pub(super) one: Trial,
     /// With one sample of lights per hit, and with as many as rays; empty where that is not to be tried.
-    many: [Trial; 2],
-}
-
-/// Pixels with samples of one kind.
-#[derive(Default)]
-struct Trial {
-    /// Of each pixel the mean luminance, and the variance of the means of its parts.
-    pixels: Vec<[f32; 2]>,
-    /// What the samples cost.
-    cost: f64,
-    /// Camera samples.
-    samples: f64,
-}
-
-/// What is best for a picture of the scene, as far as a pilot can tell; anything if `stop` becomes true.
-///
-/// `integrator` makes one that draws other numbers than the picture.
-pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>, stop: &AtomicBool) -> Best {
-    let [width, height] = scene.camera.resolution;
-    let whole = PixelRect { x0: 0, y0: 0, x1: width, y1: height };
-    let is_tried = |pixel: &&(u32, u32)| is_tried(pixel, whole.area());
-    let tiles = tiles(whole, TILE_SIZE).into_iter().map(|tile| {
-        let pixels: Vec<_> = tile.active.iter().filter(is_tried).copied().collect();
-        (tile, pixels)
-    });
-    let tiles: Vec<_> = tiles.collect();
-    let try_with = |integrator: &Integrator, split| {
-        let of_tiles: Vec<Trial> = tiles
-            .par_iter()
-            .map(|(tile, pixels)| try_splitting(scene, integrator, (tile, pixels), split, stop))
-            .collect();
-        of_tiles.into_iter().fold(Trial::default(), Trial::and)
-    };
-
-    let (plan, plain) = (Plan::of(scene), integrator());
-    let mut best = Best {
-        split: Split { rays: plan.split, lights: plain.splits_lights() },
-        light_candidates: plain.light_candidates(),
-        guides_indirect: plain.guides_indirect(),
-    };
-    let mut one = try_with(&plain, 1);
-    if plan.tries_guides && plain.has_indirect_guides() {
-        let guided = try_with(&integrator().guided_to_indirect(true), 1);
-        if guided.left_beside(&one) < GUIDES_WORTH_IT {
-            (one, best.guides_indirect) = (guided, true);
-        }
-    }
-    if !plan.splits_by_pilot {
-        return best;
-    }
-    if plan.tries_candidates {
-        let tried = Best { light_candidates: LightCandidates::TRIED, ..best };
-        let chosen = try_with(&tried.of(integrator()), 1);
-        if chosen.left_beside(&one) < 1.0 {
-            (one, best) = (chosen, tried);
-        }
-    }
-    let splits_lights: &[bool] = match scene.settings.light_samples {
-        _ if !plain.samples_lights() => &[false],
-        LightSamples::One => &[false],
-        LightSamples::Split => &[true],
-        LightSamples::Auto => &[false, true],
-    };
-    let many = [false, true].map(|splits| {
-        let integrator = || best.of(integrator()).splitting_lights(splits);
-        let wanted = splits_lights.contains(&splits).then(|| try_with(&integrator(), PILOT_SPLIT));
-        wanted.unwrap_or_default()
-    });
-    Best { split: Trials { one, many }.best_split(), ..best }
-}
-
-/// Whether a pixel of a picture of `area` pixels is the pilot's: those of a lattice that is even in both directions.
-fn is_tried(&(x, y): &(u32, u32), area: usize) -> bool {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
-    let one_of = (area as u64).div_ceil(u64::from(MOST_TRIED)).max(u64::from(PIXELS_PER_TRIED));
-    let step = (one_of as f64 * GOLDEN).round() as u64;
-    (u64::from(x) + u64::from(y) * step).is_multiple_of(one_of)
-}
-
-/// Takes a pilot's samples of some pixels of a tile, and measures them.
-fn try_splitting(
-    scene: &Scene,
-    integrator: &Integrator,
-    (tile, pixels): (&Tile, &[(u32, u32)]),
-    split: u32,
-    stop: &AtomicBool,
-) -> Trial {
-    let mut film = Film::new(scene.camera.resolution, tile.rect);
-    let (mut parts, mut tally) = (Parts::new(pixels.len()), Tally::default());
-    let mut scratch = Scratch::default();
-    for part in 0..PARTS {
-        let samples = part * SAMPLES_OF_PART..(part + 1) * SAMPLES_OF_PART;
-        integrator.render(&mut film, &Work { pixels, samples, split }, &mut scratch, &mut tally, stop);
-        parts.note(&film, pixels, SAMPLES_OF_PART);
-    }
-    parts.trial(&tally)
-}
-
-/// The luminance of a trial's pixels, part by part.
-struct Parts {
-    /// Sums of all parts so far.
-    before: Vec<f64>,
-    /// Means of each part.
-    means: Vec<Vec<f64>>,
-}
-
-impl Parts {
-    /// Of so many pixels.
-    fn new(pixels: usize) -> Self {
-        Self { before: vec![0.0; pixels], means: vec![vec![]; pixels] }
-    }
-
-    /// Notes what the last samples, `n` for each pixel, have added to the film.
-    fn note(&mut self, film: &Film, pixels: &[(u32, u32)], n: u32) {
-        for ((before, means), (x, y)) in self.before.iter_mut().zip(&mut self.means).zip(pixels) {
-            let sum = luminance_sum(film.pixel(*x, *y));
-            means.push((sum - *before) / f64::from(n));
-            *before = sum;
-        }
-    }
-
-    /// What they are like, with what was counted on the way.
-    fn trial(&self, tally: &Tally) -> Trial {
-        let moments = |means: &Vec<f64>| {
-            let n = means.len() as f64;
-            let mean = means.iter().sum::<f64>() / n;
-            let squares = means.iter().map(|part| (part - mean) * (part - mean)).sum::<f64>();
-            [mean as f32, (squares / (n - 1.0)) as f32]
-        };
-        let pixels = self.means.iter().map(moments).collect();
-        Trial { pixels, cost: cost(tally), samples: tally.samples as f64 }
-    }
-}
-
-fn luminance_sum(pixel: &Pixel) -> f64 {
-    let [r, g, b] = pixel.sum.map(|sum| sum.to_f64());
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+    pub(super) many: [Trial; 2],
 }
 
 impl Trials {
     /// The splitting that is best for the picture as a whole.
-    fn best_split(&self) -> Split {
+    pub(super) fn best_split(&self) -> Split {
         let tried = [0, 1].map(|lights| self.best_rays(&self.many[lights]));
         let lights = tried[1].1 < LIGHTS_WORTH_IT * tried[0].1;
         Split { rays: tried[usize::from(lights)].0, lights }
@@ -324,49 +133,9 @@ fn closed_form(left: f64, cost: [f64; 2]) -> (u32, f64) {
     (rays, product(rays) / product(1))
 }
 
-impl Trial {
-    /// This, and pixels that come after these.
-    fn and(mut self, next: Self) -> Self {
-        self.pixels.extend(next.pixels);
-        Self { pixels: self.pixels, cost: self.cost + next.cost, samples: self.samples + next.samples }
-    }
-
-    /// Variance times cost by that of other samples of the same pixels: in the geometric mean of errors by the brightness of each
-    /// pixel, which dark ones make, and of errors as they are, which bright ones make.
-    fn left_beside(&self, other: &Self) -> f64 {
-        let level = 0.5 * (self.mean_luminance() + other.mean_luminance());
-        let by_brightness = [self, other].map(|trial| trial.noise(level).iter().sum::<f64>());
-        let power = |[_, variance]: &[f32; 2]| f64::from(*variance).powf(POWER);
-        let as_they_are = [self, other].map(|trial| trial.pixels.iter().map(power).sum::<f64>());
-        let left = |[noise, of_other]: [f64; 2]| (noise / of_other).powf(1.0 / POWER);
-        let cost = self.mean_cost() / other.mean_cost();
-        let left = (left(by_brightness) * left(as_they_are)).sqrt() * cost;
-        // Nobody knows of a picture without noise.
-        if left.is_finite() { left } else { 1.0 }
-    }
-
-    /// A [power](POWER) of the variance by the square of the mean, in sums over a few pixels each; a mean below a tenth of the
-    /// picture's counts as that.
-    fn noise(&self, level: f64) -> Vec<f64> {
-        let relative = |&[mean, variance]: &[f32; 2]| {
-            let square = f64::from(mean).powi(2) + (0.1 * level).powi(2);
-            if square > 0.0 { f64::from(variance) / square } else { 0.0 }
-        };
-        let sum = |pixels: &[[f32; 2]]| pixels.iter().map(|pixel| relative(pixel).powf(POWER)).sum();
-        self.pixels.chunks(TOGETHER).map(sum).collect()
-    }
-
-    fn mean_luminance(&self) -> f64 {
-        self.pixels.iter().map(|[mean, _]| f64::from(*mean)).sum::<f64>() / self.pixels.len().max(1) as f64
-    }
-
-    fn mean_cost(&self) -> f64 {
-        self.cost / self.samples.max(1.0)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::trial::TOGETHER;
     use super::*;
 
     #[test]
@@ -415,40 +184,5 @@ mod tests {
         };
         assert!(best(0.35, 22.0).lights && best(0.35, 22.0).rays > 1);
         assert!(!best(0.6, 22.0).lights && !best(0.35, 60.0).lights);
-    }
-
-    #[test]
-    fn candidates_are_told_by_variance_times_cost() {
-        let trial = |variance, cost| Trial { pixels: vec![[1.0, variance]; 100], cost, samples: 4.0 };
-        assert!((trial(0.5, 12.0).left_beside(&trial(1.0, 8.0)) - 0.75).abs() < 1e-6);
-        assert_eq!(trial(0.0, 12.0).left_beside(&trial(0.0, 8.0)), 1.0);
-        assert_eq!(Trial::default().left_beside(&Trial::default()), 1.0);
-    }
-
-    #[test]
-    fn what_a_few_bright_pixels_gain_counts_as_what_many_dark_ones_gain() {
-        let trial = |dark: f32, bright: f32, cost| {
-            let pixels = [vec![[0.1, dark]; 90], vec![[5.0, bright]; 10]].concat();
-            Trial { pixels, cost, samples: 4.0 }
-        };
-        let plain = trial(1e-3, 4.0, 4.0);
-        // A tenth of the bright pixels' variance, and hardly anything by the brightness of all; then the other way round.
-        let bright = trial(1e-3, 0.4, 6.0).left_beside(&plain);
-        let dark = trial(1e-4, 4.0, 6.0).left_beside(&plain);
-        assert!((0.4..0.9).contains(&bright) && (0.4..0.9).contains(&dark), "{bright} {dark}");
-    }
-
-    #[test]
-    fn a_pilot_has_few_pixels_and_they_are_far_from_each_other() {
-        for (edge, least) in [(128, 8), (256, 8), (512, 8), (2048, 32)] {
-            let pixels = (0..edge).flat_map(|y| (0..edge).map(move |x| (x, y)));
-            let tried: Vec<_> = pixels.filter(|p| is_tried(p, (edge * edge) as usize)).collect();
-            let expected = (edge * edge / PIXELS_PER_TRIED).min(MOST_TRIED);
-            assert!(tried.len().abs_diff(expected as usize) <= edge as usize / 64, "{edge}: {}", tried.len());
-            let near = |(x, y): (u32, u32)| {
-                tried.iter().filter(|(a, b)| a.abs_diff(x) + b.abs_diff(y) < least).count()
-            };
-            assert!(tried.iter().step_by(7).all(|p| near(*p) == 1), "{edge}: none is near another");
-        }
     }
 }
