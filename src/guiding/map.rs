@@ -39,7 +39,7 @@ pub struct Cell {
     pub mixture: Mixture,
 }
 
-/// The greatest share of rays that look for caustics: a cell that its few looks around have told wrong things then costs
+/// The greatest share of rays that follow a guide: a cell that its few looks around have told wrong things then costs
 /// no more than twice the variance either way.
 pub(super) const GREATEST_SHARE: f32 = 0.5;
 
@@ -101,7 +101,7 @@ impl Cell {
     }
 }
 
-/// By how much light of this share of samples is more than all else.
+/// Light by all else, where the best share of samples for it is this one.
 pub(super) fn odds(share: f32) -> f32 {
     share / (1.0 - share.min(0.999))
 }

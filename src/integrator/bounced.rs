@@ -1,4 +1,4 @@
-//! Rays that leave surfaces that are alike: their numbers, directions and weights, what guides to caustics do to them, and
+//! Rays that leave surfaces that are alike: their numbers, directions and weights, what guides do to them, and
 //! which of them end.
 
 use super::alike::{Arrived, Part};

@@ -27,7 +27,7 @@ pub enum Knob {
     LightCandidates,
     /// Which random numbers
     Sampler,
-    /// Whether diffuse surfaces look where photons say that caustics come from
+    /// Whether diffuse and rough glossy surfaces look where photons say that caustics come from
     Guiding,
     /// Whether diffuse surfaces look where most of the light comes from that others reflect
     IndirectGuiding,

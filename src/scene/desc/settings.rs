@@ -40,9 +40,9 @@ pub struct SettingsDesc {
     pub light_candidates: Option<LightCandidates>,
     /// Whether diffuse surfaces see other surfaces or only lights.
     pub diffuse_bounces: Option<bool>,
-    /// Whether diffuse surfaces send part of their rays where photons say that caustics come from: unbiased.
+    /// Whether surfaces send part of the rays of diffuse and of wide glossy lobes where photons say that caustics come from: unbiased.
     pub guiding: Option<bool>,
-    /// Whether they also send part of their rays where other light comes from that surfaces reflect; `auto` lets a pilot
+    /// Whether diffuse ones also send part of their rays where other light comes from that surfaces reflect; `auto` lets a pilot
     /// choose: unbiased.
     pub indirect_guiding: Option<IndirectGuiding>,
     /// Whether part of the samples of lights look for the environment through portals, where little of it is seen: unbiased.
