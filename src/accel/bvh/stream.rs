@@ -2,7 +2,8 @@
 //!
 //! Every entry of the stack carries a mask of rays (after Fuetterling et al. 2015, "Efficient Ray Tracing Kernels for
 //! Modern CPU Architectures"). All rays go into one octant, so that they agree on the order of the children and on
-//! which plane of a slab comes first. A subtree that only one ray enters is traversed by the single-ray loop.
+//! which plane of a slab comes first. In a subtree that only one ray enters, it goes on by itself; before each leaf there it
+//! pauses, and others go on while the leaf's memory is on its way.
 
 use super::data::{Child, Hierarchy, Node, WIDTH};
 use super::mode::Mode;
@@ -55,6 +56,17 @@ impl Pending {
     }
 }
 
+/// Rays that pause at a time: from 4 to 16 are as fast.
+const PAUSED: usize = 4;
+
+/// A ray that has come to a leaf by itself, and what waits for it after that.
+struct Paused {
+    ray: usize,
+    leaf: Child,
+    stack: Stack,
+    top: usize,
+}
+
 /// The rays of a stream and what each has found; made once for many streams.
 pub(super) struct Stream<M: Mode> {
     count: usize,
@@ -63,7 +75,14 @@ pub(super) struct Stream<M: Mode> {
     pub(super) best: [Best; STREAM],
     pub(super) weights: [Weights; STREAM],
     pending: Pending,
-    single: Stack,
+    paused: [Paused; PAUSED],
+    /// Those of `paused` that are none, one bit each.
+    free: u32,
+    /// The rays that pause, one bit each, and where.
+    pausing: u32,
+    place: [u8; STREAM],
+    /// Who goes on next.
+    turn: usize,
 }
 
 impl<M: Mode> Stream<M> {
@@ -75,7 +94,11 @@ impl<M: Mode> Stream<M> {
             best: [Best::none(0.0); STREAM],
             weights: [Weights::NONE; STREAM],
             pending: Pending::new(),
-            single: Stack::new(),
+            paused: [(); PAUSED].map(|()| Paused { ray: 0, leaf: Child::EMPTY, stack: Stack::new(), top: 0 }),
+            free: (1 << PAUSED) - 1,
+            pausing: 0,
+            place: [0; STREAM],
+            turn: 0,
         }
     }
 
@@ -102,29 +125,85 @@ impl<M: Mode> Stream<M> {
             return;
         }
         loop {
+            // Nobody comes to something far before it is done with what is near.
+            while rays & self.pausing != 0 {
+                let ray = (rays & self.pausing).trailing_zeros() as usize % STREAM;
+                self.go_on(simd, data, usize::from(self.place[ray]));
+            }
             if rays & (rays - 1) == 0 {
-                self.alone(simd, data, current, rays);
+                self.alone(simd, data, current, rays.trailing_zeros() as usize % STREAM);
             } else if current.is_leaf() {
                 self.leaf(simd, data, current, rays);
             } else {
                 top = self.node(simd, data, current, rays, top);
             }
             if top == 0 {
-                return;
+                break;
             }
             top -= 1;
             (current, rays) = self.pending.at(top);
         }
+        while self.pausing != 0 {
+            self.next_goes_on(simd, data);
+        }
     }
 
-    /// Lets the only ray of the mask go on by itself.
+    /// Lets a ray go on by itself until it comes to a leaf, if it does.
     #[inline(always)]
-    fn alone<S: Simd>(&mut self, simd: S, data: &Hierarchy, start: Child, ray: u32) {
-        let i = ray.trailing_zeros() as usize % STREAM;
-        let (prepared, weights) = (&self.rays[i], &mut self.weights[i]);
-        let best = self.best[i];
-        self.best[i] =
-            single::traverse::<S, M, false>(simd, data, prepared, &mut self.single, start, best, weights);
+    fn alone<S: Simd>(&mut self, simd: S, data: &Hierarchy, start: Child, ray: usize) {
+        while self.free == 0 {
+            self.next_goes_on(simd, data);
+        }
+        let place = self.free.trailing_zeros() as usize % PAUSED;
+        self.paused[place].ray = ray;
+        self.paused[place].top = 0;
+        if self.pauses(simd, data, place, start) {
+            self.free &= !(1 << place);
+            self.pausing |= 1 << ray;
+            self.place[ray] = place as u8;
+        }
+    }
+
+    /// Whether the ray at a place comes to a leaf from `start` down, to pause before it.
+    #[inline(always)]
+    fn pauses<S: Simd>(&mut self, simd: S, data: &Hierarchy, place: usize, start: Child) -> bool {
+        let Paused { ray, leaf, stack, top } = &mut self.paused[place];
+        let (ray, limit) = (&self.rays[*ray % STREAM], self.best[*ray % STREAM].t * CULL_INFLATION);
+        let slabs = Slabs::new(simd, ray);
+        let Some(next) =
+            single::descend::<S, false>(simd, data, (&slabs, ray.sign()), (stack, top), start, limit)
+        else {
+            return false;
+        };
+        single::prefetch(simd, data, next);
+        *leaf = next;
+        true
+    }
+
+    /// Lets the next of the rays that pause go on.
+    #[inline(always)]
+    fn next_goes_on<S: Simd>(&mut self, simd: S, data: &Hierarchy) {
+        self.turn = (self.turn + 1) % PAUSED;
+        if self.free >> self.turn & 1 == 0 {
+            self.go_on(simd, data, self.turn);
+        }
+    }
+
+    /// Lets the ray that pauses at a place meet its leaf, and go on to the next, if there is one.
+    #[inline(always)]
+    fn go_on<S: Simd>(&mut self, simd: S, data: &Hierarchy, place: usize) {
+        let place = place % PAUSED;
+        let Paused { ray, leaf, stack, top } = &mut self.paused[place];
+        let i = *ray % STREAM;
+        let weights = &mut self.weights[i];
+        let best =
+            single::intersect_leaf::<S, M, false>(simd, data, &self.rays[i], *leaf, self.best[i], weights);
+        self.best[i] = best;
+        let next = single::pop::<false>(stack, top, best.t * CULL_INFLATION);
+        if !next.is_some_and(|next| self.pauses(simd, data, place, next)) {
+            self.free |= 1 << place;
+            self.pausing &= !(1 << i);
+        }
     }
 
     /// Pushes the children that some of the rays enter, the farthest first. The new top of the stack.
