@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Paths in a wave, at most.
 ///
 /// Memory is bounded by this times the depth, whatever the numbers of samples.
-const CAPACITY: usize = 2048;
+const CAPACITY: usize = 4096;
 
 /// Radiance of camera samples, by waves of rays.
 pub struct Integrator<'a> {
