@@ -12,7 +12,7 @@ use super::ray::{Best, Prepared, Weights};
 use super::simd::{Available, Kernel, Simd};
 use super::single::{self, Stack};
 use super::small::Small;
-use super::stream::{STREAM, Stream};
+use super::stream::{STREAM, Stream, wants_pauses};
 use super::sweep::Sweeps;
 use crate::accel::Coherence;
 use crate::core::{Hit, Ray};
@@ -49,6 +49,21 @@ pub(super) fn closest_hits<M: Mode>(
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) {
+    if wants_pauses(data) {
+        closest_hits_in_groups::<M, true>(isa, data, grouping, rays, hits);
+    } else {
+        closest_hits_in_groups::<M, false>(isa, data, grouping, rays, hits);
+    }
+}
+
+/// The same, where rays of streams pause or do not.
+fn closest_hits_in_groups<M: Mode, const PAUSES: bool>(
+    isa: Available,
+    data: &Hierarchy,
+    grouping: Grouping,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) {
     match grouping {
         Grouping::Groups(Coherence::Coherent) if isa.wants_batches() => {
             isa.run(Packets { mode: PhantomData::<M>, data, rays, hits });
@@ -61,12 +76,19 @@ pub(super) fn closest_hits<M: Mode>(
             let beyond = isa.run(Sweeping { mode: PhantomData::<M>, data, small, rays, hits });
             if let Some(rest) = &small.rest {
                 let known = Known::Beyond(&beyond);
-                isa.run(Streams { mode: PhantomData::<M>, data, start: rest.root, rays, known, hits });
+                isa.run(Streams::<M, PAUSES> {
+                    mode: PhantomData,
+                    data,
+                    start: rest.root,
+                    rays,
+                    known,
+                    hits,
+                });
             }
         }
         Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
             let (start, known) = (data.root, Known::Nothing);
-            isa.run(Streams { mode: PhantomData::<M>, data, start, rays, known, hits });
+            isa.run(Streams::<M, PAUSES> { mode: PhantomData, data, start, rays, known, hits });
         }
         _ => isa.run(Singles { mode: PhantomData::<M>, data, rays, hits }),
     }
@@ -137,7 +159,8 @@ impl<M: Mode> Kernel for Packets<'_, M> {
     fn run<S: Simd>(self, simd: S) {
         let (data, hits) = (self.data, self.hits);
         let mut stack = Stack::new();
-        let mut streams = Streaming::<M>::new(data, (self.rays, Known::Nothing));
+        // Without pauses, which would make all of this a second kernel, for rays that seldom come here.
+        let mut streams = Streaming::<M, false>::new(data, (self.rays, Known::Nothing));
         let mut rest = 0;
         for start in (0..self.rays.len()).step_by(STREAM) {
             let end = self.rays.len().min(start + STREAM);
@@ -159,7 +182,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
     }
 }
 
-struct Streams<'a, M> {
+struct Streams<'a, M, const PAUSES: bool> {
     mode: PhantomData<M>,
     data: &'a Hierarchy,
     /// From where down.
@@ -169,13 +192,13 @@ struct Streams<'a, M> {
     hits: &'a mut [Option<Hit>],
 }
 
-impl<M: Mode> Kernel for Streams<'_, M> {
+impl<M: Mode, const PAUSES: bool> Kernel for Streams<'_, M, PAUSES> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { data, start, rays, known, hits, .. } = self;
-        Streaming::<M>::new(data, (rays, known)).all(simd, start, 0..rays.len(), hits);
+        Streaming::<M, PAUSES>::new(data, (rays, known)).all(simd, start, 0..rays.len(), hits);
     }
 }
 
@@ -378,15 +401,15 @@ impl Waiting {
 }
 
 /// Closest hits in streams.
-struct Streaming<'a, M: Mode> {
+struct Streaming<'a, M: Mode, const PAUSES: bool> {
     data: &'a Hierarchy,
     rays: &'a [Ray],
     known: Known<'a>,
     waiting: Waiting,
-    stream: Stream<M>,
+    stream: Stream<M, PAUSES>,
 }
 
-impl<'a, M: Mode> Streaming<'a, M> {
+impl<'a, M: Mode, const PAUSES: bool> Streaming<'a, M, PAUSES> {
     fn new(data: &'a Hierarchy, (rays, known): (&'a [Ray], Known<'a>)) -> Self {
         Self { data, rays, known, waiting: Waiting::new(), stream: Stream::new() }
     }

@@ -2,8 +2,8 @@
 //!
 //! Every entry of the stack carries a mask of rays (after Fuetterling et al. 2015, "Efficient Ray Tracing Kernels for
 //! Modern CPU Architectures"). All rays go into one octant, so that they agree on the order of the children and on
-//! which plane of a slab comes first. In a subtree that only one ray enters, it goes on by itself; before each leaf there it
-//! pauses, and others go on while the leaf's memory is on its way.
+//! which plane of a slab comes first. In a subtree that only one ray enters, it goes on by itself. In large structures, it
+//! pauses before each leaf there, and others go on while the leaf's memory is on its way.
 
 use super::data::{Child, Hierarchy, Node, WIDTH};
 use super::mode::Mode;
@@ -56,8 +56,16 @@ impl Pending {
     }
 }
 
-/// Rays that pause at a time: from 4 to 16 are as fast.
+/// Rays that pause at a time: 8 and 16 are as fast.
 const PAUSED: usize = 4;
+
+/// Bytes of a structure from which on rays pause: smaller ones stay in the caches, where there is little to wait for.
+const LARGE: usize = 8 << 20;
+
+/// Whether rays of streams through a structure had better pause before leaves.
+pub(super) fn wants_pauses(data: &Hierarchy) -> bool {
+    data.memory_bytes() >= LARGE
+}
 
 /// A ray that has come to a leaf by itself, and what waits for it after that.
 struct Paused {
@@ -67,14 +75,15 @@ struct Paused {
     top: usize,
 }
 
-/// The rays of a stream and what each has found; made once for many streams.
-pub(super) struct Stream<M: Mode> {
+/// The rays of a stream and what each has found; made once for many streams. `PAUSES` says whether they pause before leaves.
+pub(super) struct Stream<M: Mode, const PAUSES: bool> {
     count: usize,
     octant: usize,
     pub(super) rays: [Prepared<M>; STREAM],
     pub(super) best: [Best; STREAM],
     pub(super) weights: [Weights; STREAM],
     pending: Pending,
+    single: Stack,
     paused: [Paused; PAUSED],
     /// Those of `paused` that are none, one bit each.
     free: u32,
@@ -85,7 +94,7 @@ pub(super) struct Stream<M: Mode> {
     turn: usize,
 }
 
-impl<M: Mode> Stream<M> {
+impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
     pub(super) fn new() -> Self {
         Self {
             count: 0,
@@ -94,6 +103,7 @@ impl<M: Mode> Stream<M> {
             best: [Best::none(0.0); STREAM],
             weights: [Weights::NONE; STREAM],
             pending: Pending::new(),
+            single: Stack::new(),
             paused: [(); PAUSED].map(|()| Paused { ray: 0, leaf: Child::EMPTY, stack: Stack::new(), top: 0 }),
             free: (1 << PAUSED) - 1,
             pausing: 0,
@@ -125,8 +135,8 @@ impl<M: Mode> Stream<M> {
             return;
         }
         loop {
-            // Nobody comes to something far before it is done with what is near.
-            while rays & self.pausing != 0 {
+            // A ray comes to what is far once it is done with what is near.
+            while PAUSES && rays & self.pausing != 0 {
                 let ray = (rays & self.pausing).trailing_zeros() as usize % STREAM;
                 self.go_on(simd, data, usize::from(self.place[ray]));
             }
@@ -143,14 +153,20 @@ impl<M: Mode> Stream<M> {
             top -= 1;
             (current, rays) = self.pending.at(top);
         }
-        while self.pausing != 0 {
+        while PAUSES && self.pausing != 0 {
             self.next_goes_on(simd, data);
         }
     }
 
-    /// Lets a ray go on by itself until it comes to a leaf, if it does.
+    /// Lets a ray go on by itself: with pauses, until it comes to a leaf.
     #[inline(always)]
     fn alone<S: Simd>(&mut self, simd: S, data: &Hierarchy, start: Child, ray: usize) {
+        if !PAUSES {
+            let (prepared, best, weights) = (&self.rays[ray], self.best[ray], &mut self.weights[ray]);
+            self.best[ray] =
+                single::traverse::<S, M, false>(simd, data, prepared, &mut self.single, start, best, weights);
+            return;
+        }
         while self.free == 0 {
             self.next_goes_on(simd, data);
         }
@@ -170,9 +186,7 @@ impl<M: Mode> Stream<M> {
         let Paused { ray, leaf, stack, top } = &mut self.paused[place];
         let (ray, limit) = (&self.rays[*ray % STREAM], self.best[*ray % STREAM].t * CULL_INFLATION);
         let slabs = Slabs::new(simd, ray);
-        let Some(next) =
-            single::descend::<S, false>(simd, data, (&slabs, ray.sign()), (stack, top), start, limit)
-        else {
+        let Some(next) = single::descend(simd, data, (&slabs, ray.sign()), (stack, top), start, limit) else {
             return false;
         };
         single::prefetch(simd, data, next);
