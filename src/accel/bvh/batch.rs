@@ -442,3 +442,58 @@ fn octant(ray: &Ray) -> usize {
     let bit = |x: f32| (x.to_bits() >> 31) as usize;
     bit(ray.dir.x) | bit(ray.dir.y) << 1 | bit(ray.dir.z) << 2
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::builder;
+    use super::super::emit::Primitives;
+    use super::super::simd::Isa;
+    use super::super::watertight::Watertight;
+    use super::*;
+    use crate::accel::Quality;
+    use crate::core::Skip;
+    use crate::geometry::{Shape, TriangleMesh};
+    use glam::Vec3;
+    use std::sync::Arc;
+
+    #[test]
+    fn rays_that_pause_find_what_single_rays_find() {
+        let mut state = 7u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let mut point = |size: f32| size * Vec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5);
+        let count = 5000;
+        let corners = (0..count).flat_map(|_| {
+            let corner = point(2.0);
+            [corner, corner + point(0.2), corner + point(0.2)]
+        });
+        let positions: Vec<Vec3> = corners.collect();
+        let indices = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let mesh = TriangleMesh::new(positions, indices, vec![], vec![]).expect("a valid mesh");
+        let shapes = [Shape::Mesh(Arc::new(mesh))];
+        let primitives = Primitives { shapes: &shapes, kept: Watertight::kept };
+        let data = builder::build(primitives, Quality::Medium, &[false]);
+        let rays: Vec<Ray> = (0..6000)
+            .map(|i| {
+                // Some that start at one point, so that they share nodes, and some with an end or a rule.
+                let origin = if i % 3 == 0 { Vec3::splat(0.3) } else { point(2.0) };
+                let t_max = if i % 5 == 0 { 0.7 } else { f32::INFINITY };
+                let skip = if i % 7 == 0 { Skip::Primitive { geom: 0, prim: i % count } } else { Skip::None };
+                Ray { t_max, skip, ..Ray::new(origin, point(2.0)) }
+            })
+            .collect();
+        for isa in Isa::ALL.into_iter().filter_map(Available::new) {
+            let mut expected = vec![None; rays.len()];
+            closest_hits::<Watertight>(isa, &data, Grouping::Single, &rays, &mut expected);
+            let found = expected.iter().flatten().count();
+            assert!(found > rays.len() / 2 && found < rays.len(), "{found} of {}", rays.len());
+            let grouping = Grouping::Groups(Coherence::Incoherent);
+            let mut hits = [(); 2].map(|()| vec![None; rays.len()]);
+            closest_hits_in_groups::<Watertight, true>(isa, &data, grouping, &rays, &mut hits[0]);
+            closest_hits_in_groups::<Watertight, false>(isa, &data, grouping, &rays, &mut hits[1]);
+            assert_eq!(hits, [expected.clone(), expected], "{isa:?}");
+        }
+    }
+}
