@@ -203,7 +203,8 @@ impl Wide for Follow<'_> {
     }
 }
 
-/// Rays that leave glossy surfaces, of which some have guides, and what those have to do with samples of lights: as [`Follow`].
+/// Rays that leave glossy surfaces, of which some have guides, and what those have to do with samples of lights: as [`Follow`], whose
+/// cells are borrowed. One loop for both takes rooms where many diffuse rays follow guides 4 % longer.
 struct FollowGlossy<'a> {
     maps: &'a Guides,
     eight: &'a Eight<'a>,
