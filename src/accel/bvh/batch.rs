@@ -12,7 +12,7 @@ use super::ray::{Best, Prepared, Weights};
 use super::simd::{Available, Kernel, Simd};
 use super::single::{self, Stack};
 use super::small::Small;
-use super::stream::{STREAM, Stream, wants_pauses};
+use super::stream::{PAUSED, STREAM, Stream, wants_pauses};
 use super::sweep::Sweeps;
 use crate::accel::Coherence;
 use crate::core::{Hit, Ray};
@@ -49,21 +49,6 @@ pub(super) fn closest_hits<M: Mode>(
     rays: &[Ray],
     hits: &mut [Option<Hit>],
 ) {
-    if wants_pauses(data) {
-        closest_hits_in_groups::<M, true>(isa, data, grouping, rays, hits);
-    } else {
-        closest_hits_in_groups::<M, false>(isa, data, grouping, rays, hits);
-    }
-}
-
-/// The same, where rays of streams pause or do not.
-fn closest_hits_in_groups<M: Mode, const PAUSES: bool>(
-    isa: Available,
-    data: &Hierarchy,
-    grouping: Grouping,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
-) {
     match grouping {
         Grouping::Groups(Coherence::Coherent) if isa.wants_batches() => {
             isa.run(Packets { mode: PhantomData::<M>, data, rays, hits });
@@ -76,21 +61,28 @@ fn closest_hits_in_groups<M: Mode, const PAUSES: bool>(
             let beyond = isa.run(Sweeping { mode: PhantomData::<M>, data, small, rays, hits });
             if let Some(rest) = &small.rest {
                 let known = Known::Beyond(&beyond);
-                isa.run(Streams::<M, PAUSES> {
-                    mode: PhantomData,
-                    data,
-                    start: rest.root,
-                    rays,
-                    known,
-                    hits,
-                });
+                in_streams::<M>(isa, (data, rest.root), (rays, known), hits);
             }
         }
         Grouping::Groups(Coherence::Incoherent) if isa.wants_batches() && rays.len() >= LEAST_BATCH => {
-            let (start, known) = (data.root, Known::Nothing);
-            isa.run(Streams::<M, PAUSES> { mode: PhantomData, data, start, rays, known, hits });
+            in_streams::<M>(isa, (data, data.root), (rays, Known::Nothing), hits);
         }
         _ => isa.run(Singles { mode: PhantomData::<M>, data, rays, hits }),
+    }
+}
+
+/// Closest hits of a slice in streams from a child down, with pauses where they pay.
+fn in_streams<M: Mode>(
+    isa: Available,
+    (data, start): (&Hierarchy, Child),
+    (rays, known): (&[Ray], Known),
+    hits: &mut [Option<Hit>],
+) {
+    let mode = PhantomData::<M>;
+    if wants_pauses(data) {
+        isa.run(Streams::<M, PAUSED> { mode, data, start, rays, known, hits });
+    } else {
+        isa.run(Streams::<M, 1> { mode, data, start, rays, known, hits });
     }
 }
 
@@ -160,7 +152,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
         let (data, hits) = (self.data, self.hits);
         let mut stack = Stack::new();
         // Without pauses, which would make all of this a second kernel, for rays that seldom come here.
-        let mut streams = Streaming::<M, false>::new(data, (self.rays, Known::Nothing));
+        let mut streams = Streaming::<M, 1>::new(data, (self.rays, Known::Nothing));
         let mut rest = 0;
         for start in (0..self.rays.len()).step_by(STREAM) {
             let end = self.rays.len().min(start + STREAM);
@@ -182,7 +174,7 @@ impl<M: Mode> Kernel for Packets<'_, M> {
     }
 }
 
-struct Streams<'a, M, const PAUSES: bool> {
+struct Streams<'a, M, const AT_ONCE: usize> {
     mode: PhantomData<M>,
     data: &'a Hierarchy,
     /// From where down.
@@ -192,13 +184,13 @@ struct Streams<'a, M, const PAUSES: bool> {
     hits: &'a mut [Option<Hit>],
 }
 
-impl<M: Mode, const PAUSES: bool> Kernel for Streams<'_, M, PAUSES> {
+impl<M: Mode, const AT_ONCE: usize> Kernel for Streams<'_, M, AT_ONCE> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { data, start, rays, known, hits, .. } = self;
-        Streaming::<M, PAUSES>::new(data, (rays, known)).all(simd, start, 0..rays.len(), hits);
+        Streaming::<M, AT_ONCE>::new(data, (rays, known)).all(simd, start, 0..rays.len(), hits);
     }
 }
 
@@ -401,15 +393,15 @@ impl Waiting {
 }
 
 /// Closest hits in streams.
-struct Streaming<'a, M: Mode, const PAUSES: bool> {
+struct Streaming<'a, M: Mode, const AT_ONCE: usize> {
     data: &'a Hierarchy,
     rays: &'a [Ray],
     known: Known<'a>,
     waiting: Waiting,
-    stream: Stream<M, PAUSES>,
+    stream: Stream<M, AT_ONCE>,
 }
 
-impl<'a, M: Mode, const PAUSES: bool> Streaming<'a, M, PAUSES> {
+impl<'a, M: Mode, const AT_ONCE: usize> Streaming<'a, M, AT_ONCE> {
     fn new(data: &'a Hierarchy, (rays, known): (&'a [Ray], Known<'a>)) -> Self {
         Self { data, rays, known, waiting: Waiting::new(), stream: Stream::new() }
     }
@@ -489,10 +481,11 @@ mod tests {
             closest_hits::<Watertight>(isa, &data, Grouping::Single, &rays, &mut expected);
             let found = expected.iter().flatten().count();
             assert!(found > rays.len() / 2 && found < rays.len(), "{found} of {}", rays.len());
-            let grouping = Grouping::Groups(Coherence::Incoherent);
             let mut hits = [(); 2].map(|()| vec![None; rays.len()]);
-            closest_hits_in_groups::<Watertight, true>(isa, &data, grouping, &rays, &mut hits[0]);
-            closest_hits_in_groups::<Watertight, false>(isa, &data, grouping, &rays, &mut hits[1]);
+            let [with, without] = &mut hits;
+            let (mode, data, rays, known) = (PhantomData::<Watertight>, &data, &rays, Known::Nothing);
+            isa.run(Streams::<_, PAUSED> { mode, data, start: data.root, rays, known, hits: with });
+            isa.run(Streams::<_, 1> { mode, data, start: data.root, rays, known, hits: without });
             assert_eq!(hits, [expected.clone(), expected], "{isa:?}");
         }
     }

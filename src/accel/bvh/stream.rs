@@ -56,8 +56,8 @@ impl Pending {
     }
 }
 
-/// Rays that pause at a time: 8 and 16 are as fast.
-const PAUSED: usize = 4;
+/// Rays that pause at a time in large structures: 8 and 16 are as fast.
+pub(super) const PAUSED: usize = 4;
 
 /// Bytes of a structure from which on rays pause: smaller ones stay in the caches, where there is little to wait for.
 const LARGE: usize = 8 << 20;
@@ -67,25 +67,25 @@ pub(super) fn wants_pauses(data: &Hierarchy) -> bool {
     data.memory_bytes() >= LARGE
 }
 
-/// A ray that has come to a leaf by itself, and what waits for it after that.
-struct Paused {
+/// A ray that goes by itself: the leaf to which it has come, and what waits for it after that.
+struct Alone {
     ray: usize,
     leaf: Child,
     stack: Stack,
     top: usize,
 }
 
-/// The rays of a stream and what each has found; made once for many streams. `PAUSES` says whether they pause before leaves.
-pub(super) struct Stream<M: Mode, const PAUSES: bool> {
+/// The rays of a stream and what each has found; made once for many streams. `AT_ONCE` rays may go by themselves at a time,
+/// which take turns at leaves; if it is 1, each goes to its end.
+pub(super) struct Stream<M: Mode, const AT_ONCE: usize> {
     count: usize,
     octant: usize,
     pub(super) rays: [Prepared<M>; STREAM],
     pub(super) best: [Best; STREAM],
     pub(super) weights: [Weights; STREAM],
     pending: Pending,
-    single: Stack,
-    paused: [Paused; PAUSED],
-    /// Those of `paused` that are none, one bit each.
+    alone: [Alone; AT_ONCE],
+    /// Those of `alone` that are none, one bit each.
     free: u32,
     /// The rays that pause, one bit each, and where.
     pausing: u32,
@@ -94,7 +94,10 @@ pub(super) struct Stream<M: Mode, const PAUSES: bool> {
     turn: usize,
 }
 
-impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
+impl<M: Mode, const AT_ONCE: usize> Stream<M, AT_ONCE> {
+    /// Whether rays pause before leaves.
+    const PAUSES: bool = AT_ONCE > 1;
+
     pub(super) fn new() -> Self {
         Self {
             count: 0,
@@ -103,9 +106,8 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
             best: [Best::none(0.0); STREAM],
             weights: [Weights::NONE; STREAM],
             pending: Pending::new(),
-            single: Stack::new(),
-            paused: [(); PAUSED].map(|()| Paused { ray: 0, leaf: Child::EMPTY, stack: Stack::new(), top: 0 }),
-            free: (1 << PAUSED) - 1,
+            alone: [(); AT_ONCE].map(|()| Alone { ray: 0, leaf: Child::EMPTY, stack: Stack::new(), top: 0 }),
+            free: (1 << AT_ONCE) - 1,
             pausing: 0,
             place: [0; STREAM],
             turn: 0,
@@ -136,7 +138,7 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
         }
         loop {
             // A ray comes to what is far once it is done with what is near.
-            while PAUSES && rays & self.pausing != 0 {
+            while Self::PAUSES && rays & self.pausing != 0 {
                 let ray = (rays & self.pausing).trailing_zeros() as usize % STREAM;
                 self.go_on(simd, data, usize::from(self.place[ray]));
             }
@@ -153,7 +155,7 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
             top -= 1;
             (current, rays) = self.pending.at(top);
         }
-        while PAUSES && self.pausing != 0 {
+        while Self::PAUSES && self.pausing != 0 {
             self.next_goes_on(simd, data);
         }
     }
@@ -161,18 +163,25 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
     /// Lets a ray go on by itself: with pauses, until it comes to a leaf.
     #[inline(always)]
     fn alone<S: Simd>(&mut self, simd: S, data: &Hierarchy, start: Child, ray: usize) {
-        if !PAUSES {
+        if !Self::PAUSES {
             let (prepared, best, weights) = (&self.rays[ray], self.best[ray], &mut self.weights[ray]);
-            self.best[ray] =
-                single::traverse::<S, M, false>(simd, data, prepared, &mut self.single, start, best, weights);
+            self.best[ray] = single::traverse::<S, M, false>(
+                simd,
+                data,
+                prepared,
+                &mut self.alone[0].stack,
+                start,
+                best,
+                weights,
+            );
             return;
         }
         while self.free == 0 {
             self.next_goes_on(simd, data);
         }
-        let place = self.free.trailing_zeros() as usize % PAUSED;
-        self.paused[place].ray = ray;
-        self.paused[place].top = 0;
+        let place = self.free.trailing_zeros() as usize % AT_ONCE;
+        self.alone[place].ray = ray;
+        self.alone[place].top = 0;
         if self.pauses(simd, data, place, start) {
             self.free &= !(1 << place);
             self.pausing |= 1 << ray;
@@ -183,7 +192,7 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
     /// Whether the ray at a place comes to a leaf from `start` down, to pause before it.
     #[inline(always)]
     fn pauses<S: Simd>(&mut self, simd: S, data: &Hierarchy, place: usize, start: Child) -> bool {
-        let Paused { ray, leaf, stack, top } = &mut self.paused[place];
+        let Alone { ray, leaf, stack, top } = &mut self.alone[place];
         let (ray, limit) = (&self.rays[*ray % STREAM], self.best[*ray % STREAM].t * CULL_INFLATION);
         let slabs = Slabs::new(simd, ray);
         let Some(next) = single::descend(simd, data, (&slabs, ray.sign()), (stack, top), start, limit) else {
@@ -197,7 +206,7 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
     /// Lets the next of the rays that pause go on.
     #[inline(always)]
     fn next_goes_on<S: Simd>(&mut self, simd: S, data: &Hierarchy) {
-        self.turn = (self.turn + 1) % PAUSED;
+        self.turn = (self.turn + 1) % AT_ONCE;
         if self.free >> self.turn & 1 == 0 {
             self.go_on(simd, data, self.turn);
         }
@@ -206,8 +215,8 @@ impl<M: Mode, const PAUSES: bool> Stream<M, PAUSES> {
     /// Lets the ray that pauses at a place meet its leaf, and go on to the next, if there is one.
     #[inline(always)]
     fn go_on<S: Simd>(&mut self, simd: S, data: &Hierarchy, place: usize) {
-        let place = place % PAUSED;
-        let Paused { ray, leaf, stack, top } = &mut self.paused[place];
+        let place = place % AT_ONCE;
+        let Alone { ray, leaf, stack, top } = &mut self.alone[place];
         let i = *ray % STREAM;
         let weights = &mut self.weights[i];
         let best =
