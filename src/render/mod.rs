@@ -1,7 +1,8 @@
 //! A whole picture: tiles on threads, rounds of samples, progress, and stopping.
 //!
-//! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted,
-//! `pilot` what is best for the picture before it begins, of which `split` says into how many rays a first hit goes.
+//! Read [`render`]; [`rounds`](self) below it decides how many samples come next, `noise` where they are wanted. [`Prepared`] is
+//! what comes before the first sample; its `pilot` tells what is best for the picture, of which `split` says into how many rays a
+//! first hit goes.
 
 mod adaptive;
 mod aov;
@@ -9,15 +10,16 @@ mod cost;
 mod decisions;
 mod noise;
 mod pilot;
+mod prepared;
 mod split;
 mod tile;
 mod trial;
 
 use crate::accel::Accelerator;
 use crate::film::{Film, PixelRect};
-use crate::guiding::{GuideMap, Guides};
-use crate::integrator::{EmitterEdges, Integrator, Scratch, Work};
-use crate::scene::{Plan, Scene};
+use crate::integrator::{Integrator, Scratch, Work};
+use crate::scene::Scene;
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -28,6 +30,7 @@ use tile::{Lack, Tile, tiles};
 pub use adaptive::can_grow;
 pub use aov::aov_channels;
 pub use decisions::Decisions;
+pub use prepared::Prepared;
 
 pub use crate::integrator::{ClassCount, RayClass, RayLog, Tally};
 
@@ -159,41 +162,53 @@ pub fn render(
     stop: &AtomicBool,
 ) -> Outcome {
     let started = Instant::now();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads)
-        .build()
-        .expect("the operating system gives threads");
-    let preparing = Instant::now();
-    let (guides, portals) = pool.install(|| (Guides::of(scene, accel), GuideMap::to_portals(scene, accel)));
-    let mut picture = Picture::new(scene, accel, options, progress, stop, started);
-    let edges = pool.install(|| EmitterEdges::of(scene, accel));
-    let prepared =
-        |integrator| Integrator::guided_by(integrator, &guides).through(&portals).with_edges(&edges);
-    picture.integrator = prepared(picture.integrator);
-    let plan = Plan::of(scene);
-    picture.split = if plan.splits_by_pilot || plan.tries_guides && guides.has_indirect() {
-        let pilot = || prepared(Integrator::new(scene, accel)).with_seed(!scene.settings.seed);
-        let best = pool.install(|| pilot::best(scene, pilot, stop));
-        picture.integrator = best.of(picture.integrator);
-        best.split.rays
-    } else {
-        plan.split
-    };
-    let preparing = preparing.elapsed().as_nanos() as u64 * pool.current_num_threads() as u64;
-    picture.thread_nanoseconds = AtomicU64::new(preparing);
-    let stopped_by = pool.install(|| picture.render());
-    let state = picture.state.into_inner().expect(NO_PANIC);
-    Outcome {
-        film: state.film,
-        tally: state.tally,
-        decisions: state.decisions,
-        seconds: started.elapsed().as_secs_f64(),
-        thread_seconds: Duration::from_nanos(picture.thread_nanoseconds.into_inner()).as_secs_f64(),
-        stopped_by,
-        split: picture.split,
-        splits_lights: picture.integrator.splits_lights(),
-        light_candidates: picture.integrator.light_candidates(),
-        guides_indirect: picture.integrator.guides_indirect(),
+    let pool = pool(options.threads);
+    let prepared = pool.install(|| Prepared::new(scene, accel, stop));
+    let preparing = started.elapsed() * pool.current_num_threads() as u32;
+    let mut outcome = prepared.picture(&pool, started, options, progress, stop);
+    outcome.thread_seconds += preparing.as_secs_f64();
+    outcome
+}
+
+/// So many threads; 0 for one per core.
+fn pool(threads: usize) -> ThreadPool {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    builder.build().expect("the operating system gives threads")
+}
+
+impl Prepared<'_> {
+    /// The same as [`render`], without what comes before the first sample.
+    ///
+    /// # Panics
+    /// As [`render`] does.
+    pub fn render(&self, options: &RenderOptions<'_>, progress: &dyn Progress, stop: &AtomicBool) -> Outcome {
+        self.picture(&pool(options.threads), Instant::now(), options, progress, stop)
+    }
+
+    /// The picture, begun at `started`, on the threads of a pool.
+    fn picture(
+        &self,
+        pool: &ThreadPool,
+        started: Instant,
+        options: &RenderOptions<'_>,
+        progress: &dyn Progress,
+        stop: &AtomicBool,
+    ) -> Outcome {
+        let mut picture = Picture::new(self, options, progress, stop, started);
+        let stopped_by = pool.install(|| picture.render());
+        let state = picture.state.into_inner().expect(NO_PANIC);
+        Outcome {
+            film: state.film,
+            tally: state.tally,
+            decisions: state.decisions,
+            seconds: started.elapsed().as_secs_f64(),
+            thread_seconds: Duration::from_nanos(picture.thread_nanoseconds.into_inner()).as_secs_f64(),
+            stopped_by,
+            split: picture.split,
+            splits_lights: picture.integrator.splits_lights(),
+            light_candidates: picture.integrator.light_candidates(),
+            guides_indirect: picture.integrator.guides_indirect(),
+        }
     }
 }
 
@@ -229,13 +244,13 @@ struct Picture<'a> {
 
 impl<'a> Picture<'a> {
     fn new(
-        scene: &'a Scene,
-        accel: &'a dyn Accelerator,
+        prepared: &'a Prepared<'a>,
         options: &'a RenderOptions<'a>,
         progress: &'a dyn Progress,
         stop: &'a AtomicBool,
         started: Instant,
     ) -> Self {
+        let scene = prepared.scene;
         let [width, height] = scene.camera.resolution;
         let rect = options.crop.unwrap_or(PixelRect { x0: 0, y0: 0, x1: width, y1: height });
         assert!(rect.x1 <= width && rect.y1 <= height, "the crop lies within the image");
@@ -249,13 +264,13 @@ impl<'a> Picture<'a> {
         let total = rect.area() as u64 * u64::from(samples.end - samples.start);
         Self {
             scene,
-            integrator: Integrator::new(scene, accel).with_log(options.log),
+            integrator: prepared.integrator().with_log(options.log),
             options,
             progress,
             stop,
             deadline: options.time.map(|time| started + time),
             samples,
-            split: 1,
+            split: prepared.split(),
             total,
             tiles: tiles(rect, tile_size),
             state: Mutex::new(state),

@@ -46,6 +46,15 @@ pub(super) struct Best {
 }
 
 impl Best {
+    /// What the scene and its settings say, without a pilot.
+    pub(super) fn planned(scene: &Scene, integrator: &Integrator) -> Self {
+        Self {
+            split: Split { rays: Plan::of(scene).split, lights: integrator.splits_lights() },
+            light_candidates: integrator.light_candidates(),
+            guides_indirect: integrator.guides_indirect(),
+        }
+    }
+
     /// An integrator that does so.
     pub(super) fn of<'a>(&self, integrator: Integrator<'a>) -> Integrator<'a> {
         integrator
@@ -76,11 +85,7 @@ pub(super) fn best<'a>(scene: &'a Scene, integrator: impl Fn() -> Integrator<'a>
     };
 
     let (plan, plain) = (Plan::of(scene), integrator());
-    let mut best = Best {
-        split: Split { rays: plan.split, lights: plain.splits_lights() },
-        light_candidates: plain.light_candidates(),
-        guides_indirect: plain.guides_indirect(),
-    };
+    let mut best = Best::planned(scene, &plain);
     let mut one = try_with(&plain, 1);
     if plan.tries_guides && plain.has_indirect_guides() {
         let guided = try_with(&integrator().guided_to_indirect(true), 1);

@@ -5,7 +5,7 @@ use crate::accel::Accelerator;
 use crate::core::Ray;
 use crate::film::PixelRect;
 use crate::integrator::{RayClass, RayLog};
-use crate::render::{DEFAULT_TILE_SIZE, RenderOptions, Silent, render};
+use crate::render::{DEFAULT_TILE_SIZE, Prepared, RenderOptions, Silent};
 use crate::scene::Scene;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,6 +39,8 @@ pub fn record(
     stop: &AtomicBool,
 ) -> Vec<Batch> {
     let recorder = Recorder::default();
+    // Once: it takes longer than many tiles.
+    let prepared = Prepared::new(scene, accel, stop);
     let mut kept = 0;
     let mut batches = Vec::new();
     for crop in spread_tiles(part) {
@@ -52,7 +54,7 @@ pub fn record(
             log: Some(&recorder),
             ..RenderOptions::default()
         };
-        render(scene, accel, &options, &Silent, stop);
+        prepared.render(&options, &Silent, stop);
         let new = std::mem::take(&mut *recorder.0.lock().expect("the render is over"));
         kept += new.iter().map(|batch| batch.rays.len()).sum::<usize>();
         batches.extend(new);
