@@ -5,6 +5,7 @@ mod common;
 use common::place::{Place, Ran, SCENE};
 use gloss::accel::{self, Backend, BuildOptions};
 use gloss::farm::Checkpoint;
+use gloss::film::PixelRect;
 use gloss::image_io::read_image;
 use gloss::render::{Outcome, Progress, RenderOptions, Silent, State, StopReason, render};
 use gloss::scene::{Format, Scene, load_str};
@@ -35,6 +36,14 @@ fn wait_until_it_listens(child: &Child) {
     }
 }
 
+/// Whether the programs that this one starts go on when their terminal is gone, as under `nohup`.
+#[cfg(target_os = "linux")]
+fn ignores_hangups() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+    u64::from_str_radix(ignored.trim(), 16).unwrap() & 1 == 1
+}
+
 /// Waits for a file that can be read.
 fn wait_for(path: &Path) -> Checkpoint {
     let started = Instant::now();
@@ -58,12 +67,21 @@ fn a_terminated_render_goes_on_to_the_same_bits() {
     let flags = "--spp 1000 --threads 1 --tile-size 8";
     let render =
         format!("render scene.toml -o a.png --checkpoint a.exr --resume --checkpoint-every 10ms {flags}");
-    let child = place.start(&render);
-    wait_for(&place.path("a.exr"));
-    signal(&child, "TERM");
-    let ran = Ran::from(child.wait_with_output().unwrap());
-    assert_eq!(ran.code, 75, "{}", ran.err);
-    assert!(ran.err.contains("a.exr has all of it"), "{}", ran.err);
+    let mut done = 0;
+    for name in ["TERM", "HUP"] {
+        if name == "HUP" && ignores_hangups() {
+            continue;
+        }
+        let child = place.start(&render);
+        while samples(&wait_for(&place.path("a.exr"))) <= done {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        signal(&child, name);
+        let ran = Ran::from(child.wait_with_output().unwrap());
+        assert_eq!(ran.code, 75, "{name}: {}", ran.err);
+        assert!(ran.err.contains("a.exr has all of it"), "{name}: {}", ran.err);
+        done = samples(&wait_for(&place.path("a.exr")));
+    }
     let broken_off = Checkpoint::read(&place.path("a.exr")).unwrap();
     assert!(!broken_off.header.is_finished() && !place.path("a.png").exists());
 
@@ -300,6 +318,16 @@ fn render_in_pieces(scene: &Scene, options: &RenderOptions<'_>, tiles: u32) -> (
 fn unbroken(scene: &Scene, options: &RenderOptions<'_>) -> Outcome {
     let accel = accel::build(Backend::Brute, &scene.shapes, &BuildOptions::default()).unwrap();
     render(scene, &*accel, options, &Silent, &AtomicBool::new(false))
+}
+
+#[test]
+fn a_tile_of_many_samples_is_kept_in_parts() {
+    let scene = scene("spp = 1000, max_depth = 1, adaptive = false");
+    let crop = Some(PixelRect { x0: 0, y0: 0, x1: 4, y1: 4 });
+    let options = RenderOptions { threads: 1, crop, ..Default::default() };
+    let (outcome, pieces) = render_in_pieces(&scene, &options, 1);
+    assert!(pieces > 3, "{pieces}");
+    assert_eq!(outcome.film.pixels, unbroken(&scene, &options).film.pixels);
 }
 
 #[test]

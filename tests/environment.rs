@@ -161,8 +161,11 @@ fn image_samples_are_distributed_as_their_density_says() {
 
 #[test]
 fn what_is_even_is_seen_with_the_density_zero_where_others_find_it() {
-    let even = only(Environment::image(4, 2, vec![Rgb::grey(0.7); 8], 0.0, 1.0).unwrap());
-    for to in [LOOKING, BESIDE_PORTALS] {
+    let grey = Rgb::grey(0.7);
+    let bare = Gradient { up: Vec3::Y, zenith: grey, horizon: grey, nadir: grey };
+    let image = Environment::image(4, 2, vec![grey; 8], 0.0, 1.0).unwrap();
+    let even = [only(image), only(Environment::studio(bare, vec![]))];
+    for (even, to) in even.iter().flat_map(|even| [(even, LOOKING), (even, BESIDE_PORTALS)]) {
         let (mut receivers, mut directions) = (Receivers::default(), Vectors::default());
         receivers.set(3, &to);
         directions.set(3, Vec3::Y);

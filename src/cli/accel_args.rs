@@ -4,6 +4,7 @@ use super::exit::{Failure, OrExit};
 use crate::accel::{self, AccelError, Accelerator, Backend, BuildOptions, EmbreeMode, Quality, SkipSupport};
 use crate::scene::{Plan, Scene};
 use crate::trade::Engine;
+use clap::builder::RangedU64ValueParser;
 
 /// The backend and how it builds.
 #[derive(Clone, Debug, clap::Args)]
@@ -39,12 +40,17 @@ pub(super) struct BuildArgs {
     #[arg(long, help_heading = BACKEND)]
     compact: bool,
 
-    /// Threads for all stages; 0 for one per core. Changes no bit of a picture
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = BACKEND)]
+    /// Threads for all stages, at most 1024; 0 for one per core. Changes no bit of a picture
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = threads(), help_heading = BACKEND)]
     pub(super) threads: usize,
 }
 
 const BACKEND: &str = "Backend";
+
+/// Numbers of threads that an operating system gives without complaint.
+pub(super) fn threads() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(0..=1024)
+}
 
 impl BuildArgs {
     /// Options for rays that a render of the scene asks.

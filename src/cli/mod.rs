@@ -68,7 +68,7 @@ Exit codes:
    1  failed; of diff: the pictures differ by more than the threshold; of compare: the backends differ
    2  bad usage, bad scene, or pictures that cannot be compared
    3  some of several pictures were not made
-  75  interrupted by Ctrl-C or SIGTERM; no picture is written, but a checkpoint where one is kept
+  75  interrupted by Ctrl-C, SIGTERM or SIGHUP; no picture is written, but a checkpoint where one is kept
 
 Examples:
   gloss gen knot --triangles 200000 -o knot.ply

@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 #[command(after_help = "\
 Files are written whole or not at all: an older file of the same name stays until the new one is complete.
 
-With --checkpoint, Ctrl-C and SIGTERM write one and end with code 75, SIGUSR1 writes one and goes on; the same command
+With --checkpoint, Ctrl-C, SIGTERM and SIGHUP write one and end with code 75, SIGUSR1 writes one and goes on; the same command
 with --resume goes on. A shard keeps its own checkpoint, OUTPUT.part, goes on from it by itself, and does nothing if its
 output is finished; two processes at one shard do no harm.
 
@@ -63,7 +63,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse::crop)]
     crop: Option<PixelRect>,
 
-    /// Edge of a tile in pixels, a multiple of 8; 0 for the default. Changes no bit of the picture
+    /// Edge of a tile in pixels, a multiple of 8; 0 for the default, which is taken too where samples are shared out.
+    /// Changes no bit of the picture
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = parse::tile_size)]
     tile_size: u32,
 

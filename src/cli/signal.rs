@@ -1,8 +1,8 @@
-//! Ctrl-C and SIGTERM: stop soon and say so. SIGUSR1: a checkpoint, please.
+//! Ctrl-C, SIGTERM and a terminal that is gone: stop soon and say so. SIGUSR1: a checkpoint, please.
 
 use super::exit::{Exit, Failure, OrExit};
 use super::terminal::note;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +21,9 @@ impl Interrupt {
     /// Starts to listen.
     pub(super) fn listen() -> Result<Self, Failure> {
         let mut signals = Signals::new([SIGINT, SIGTERM, SIGUSR1]).or_failed()?;
+        if !is_ignored(SIGHUP) {
+            signals.add_signal(SIGHUP).or_failed()?;
+        }
         let interrupt = Self { stop: Arc::default(), soft: Arc::default(), checkpoint: Arc::default() };
         let (stop, soft) = (Arc::clone(&interrupt.stop), Arc::clone(&interrupt.soft));
         let checkpoint = Arc::clone(&interrupt.checkpoint);
@@ -56,4 +59,12 @@ impl Interrupt {
     pub(super) fn stop(&self) -> &AtomicBool {
         &self.stop
     }
+}
+
+/// Whether the process was started with a signal ignored, as `nohup` does with SIGHUP; yes where the system does not tell.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask >> (signal - 1) & 1 == 1)
 }

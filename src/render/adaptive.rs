@@ -14,9 +14,9 @@
 //!
 //! How many samples a pixel gets must not depend on what they were, or dark pixels that have missed a bright path would
 //! be left alone: the picture would be too dark. So the pixels are coloured like a chessboard, and the number of
-//! either colour's samples comes from the other colour's error, in blocks and their neighbours. Nothing is decided
-//! later, so that each pixel's mean is that of a number of samples which its own samples had no part in (but for the
-//! place in the order at which the samples are used up, which is one number of the whole picture).
+//! either colour's samples comes from the other colour's error, in blocks and their neighbours. Either has samples of its own
+//! to share out: of one store, a colour with a rare bright path would get less, and keep that path's weight. Nothing is
+//! decided later, so that each pixel's mean is that of a number of samples which its own samples had no part in.
 
 use super::cost::cost;
 use super::decisions::Block;
@@ -131,34 +131,31 @@ impl Want {
     }
 }
 
-/// What each block wants, by the colour of the chessboard.
-fn wants(found: &BTreeMap<Block, Found>) -> Vec<[Want; 2]> {
-    let sum = |of: fn(&Found, usize) -> f64| -> f64 { found.values().map(|f| of(f, 0) + of(f, 1)).sum() };
-    let pixels = sum(|f, colour| f64::from(f.pixels[colour])).max(1.0);
-    let luminance = sum(|f, colour| f64::from(f.luminance[colour])) / pixels;
-    let scaled = |f: &Found, colour: usize| {
-        let n = f64::from(f.pixels[colour].max(1));
-        let scale = (f64::from(f.luminance[colour]) / n).hypot(FLOOR * luminance);
-        if scale > 0.0 { f64::from(f.error[colour]) / n / scale.sqrt() } else { 0.0 }
+/// What each block's pixels of a colour of the chessboard want, by what those of the other colour have found.
+fn wants(found: &BTreeMap<Block, Found>, colour: usize) -> Vec<Want> {
+    let other = 1 - colour;
+    let sum = |of: &dyn Fn(&Found) -> f64| -> f64 { found.values().map(of).sum() };
+    let luminance = sum(&|f| f64::from(f.luminance[other])) / sum(&|f| f64::from(f.pixels[other])).max(1.0);
+    let scaled = |f: &Found| {
+        let n = f64::from(f.pixels[other].max(1));
+        let scale = (f64::from(f.luminance[other]) / n).hypot(FLOOR * luminance);
+        if scale > 0.0 { f64::from(f.error[other]) / n / scale.sqrt() } else { 0.0 }
     };
     // By the block itself for a part, by all around it for the rest: a block that has missed what its neighbours found is
     // like them.
-    let wanted = |block: &Block, own: &Found, colour: usize| {
+    let wanted = |block: &Block, own: &Found| {
         let around = around(found, *block);
-        let sum: f64 = around.iter().map(|f| scaled(f, colour)).sum();
-        (OWN * scaled(own, colour) + (1.0 - OWN) * sum / around.len() as f64) / f64::from(own.cost).sqrt()
+        let sum: f64 = around.iter().map(|f| scaled(f)).sum();
+        (OWN * scaled(own) + (1.0 - OWN) * sum / around.len() as f64) / f64::from(own.cost).sqrt()
     };
-    let mut wants: Vec<[Want; 2]> = found
-        .iter()
-        .map(|(block, own)| {
-            [1, 0].map(|other| Want { error: wanted(block, own, other), pixels: own.pixels[1 - other] })
-        })
-        .collect();
-    let mean = wants.iter().flatten().map(|want| want.error * f64::from(want.pixels)).sum::<f64>() / pixels;
+    let want =
+        |(block, own): (&Block, &Found)| Want { error: wanted(block, own), pixels: own.pixels[colour] };
+    let mut wants: Vec<Want> = found.iter().map(want).collect();
+    let total: f64 = wants.iter().map(|want| want.error * f64::from(want.pixels)).sum();
+    let mean = total / sum(&|f| f64::from(f.pixels[colour])).max(1.0);
     // Where there is no noise at all, all are alike.
     let mean = if mean > 0.0 { mean } else { 1.0 };
-    let bounds = (LEAST_ERROR * mean, MOST_ERROR * mean);
-    wants.iter_mut().flatten().for_each(|want| want.error = want.error.clamp(bounds.0, bounds.1));
+    wants.iter_mut().for_each(|want| want.error = want.error.clamp(LEAST_ERROR * mean, MOST_ERROR * mean));
     wants
 }
 
@@ -177,33 +174,37 @@ fn next_step(n: u32) -> u32 {
 
 /// Shares `count` samples per pixel out, of which each has had `start`.
 fn share_out(found: &BTreeMap<Block, Found>, start: u32, count: u32) -> Shares {
-    let wants = wants(found);
-    let mut shares = vec![[start; 2]; wants.len()];
-    let pixels: u64 = wants.iter().flatten().map(|want| u64::from(want.pixels)).sum();
+    let [even, odd] = [0, 1].map(|colour| share_out_to(&wants(found, colour), start, count));
+    let shares = even.into_iter().zip(odd).map(<[u32; 2]>::from);
+    found.keys().copied().zip(shares).collect()
+}
+
+/// The same to blocks of one colour's pixels.
+fn share_out_to(wants: &[Want], start: u32, count: u32) -> Vec<u32> {
+    let mut shares = vec![start; wants.len()];
+    let pixels: u64 = wants.iter().map(|want| u64::from(want.pixels)).sum();
     let mut left = pixels * u64::from(count.saturating_sub(start));
     // No worth is negative, and the bits of such numbers are in their order; of equal ones the first goes first.
-    let entry = |block: usize, colour: usize, n: u32| {
-        (wants[block][colour].worth(n, next_step(n)).to_bits(), Reverse((block, colour)))
-    };
-    let all = (0..wants.len()).flat_map(|block| [0, 1].map(|colour| entry(block, colour, start)));
+    let entry = |block: usize, n: u32| (wants[block].worth(n, next_step(n)).to_bits(), Reverse(block));
+    let all = (0..wants.len()).filter(|block| wants[*block].pixels > 0).map(|block| entry(block, start));
     let mut queue: BinaryHeap<_> = all.filter(|(worth, _)| *worth > 0).collect();
-    while let Some((_, Reverse((block, colour)))) = queue.pop() {
-        let n = &mut shares[block][colour];
+    while let Some((_, Reverse(block))) = queue.pop() {
+        let n = &mut shares[block];
         let more = next_step(*n);
-        let pixels_of_one = wants[block][colour].pixels;
-        let cost = u64::from(more - *n) * u64::from(pixels_of_one);
+        let pixels_of_one = u64::from(wants[block].pixels);
+        let cost = u64::from(more - *n) * pixels_of_one;
         if cost > left {
             // What is left is not enough for the step, but for a part of it.
-            *n += (left / u64::from(pixels_of_one)) as u32;
+            *n += (left / pixels_of_one) as u32;
             break;
         }
         left -= cost;
         *n = more;
         if more < u32::MAX {
-            queue.push(entry(block, colour, more));
+            queue.push(entry(block, more));
         }
     }
-    found.keys().copied().zip(shares).collect()
+    shares
 }
 
 /// How many samples a pixel is to have, if they are shared out so.
@@ -345,14 +346,21 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_a_pixels_samples_is_the_business_of_the_other_colour() {
-        let mut found = row(&all(9, 1.0));
-        let even = share_out(&found, 16, 64);
-        found.get_mut(&(4, 0)).expect("there are nine").error[0] *= 9.0;
-        let uneven = share_out(&found, 16, 64);
-        assert!(uneven[&(4, 0)][1] > even[&(4, 0)][1]);
-        // Those of the colour that differs pay for it like those far away.
-        assert_eq!(uneven[&(4, 0)][0], uneven[&(8, 0)][0]);
+    fn the_number_of_a_pixels_samples_is_the_business_of_the_other_colour_alone() {
+        // In a picture of one block as in one of nine.
+        for blocks in [1, 2, 9] {
+            let mut found = row(&all(blocks, 1.0));
+            let even = share_out(&found, 16, 64);
+            let first = found.get_mut(&(0, 0)).expect("there is one at least");
+            (first.error[0], first.luminance[0]) = (9.0 * first.error[0], 3.0 * first.luminance[0]);
+            let uneven = share_out(&found, 16, 64);
+            let of =
+                |shares: &Shares, colour: usize| -> Vec<u32> { shares.values().map(|n| n[colour]).collect() };
+            assert_eq!(of(&uneven, 0), of(&even, 0), "{blocks} blocks");
+            if blocks == 9 {
+                assert!(uneven[&(0, 0)][1] > even[&(0, 0)][1] && uneven[&(8, 0)][1] < even[&(8, 0)][1]);
+            }
+        }
     }
 
     #[test]

@@ -346,24 +346,25 @@ impl<'a> Picture<'a> {
         });
     }
 
+    /// Brings a tile's pixels to what the round wants of them, a part at a time, so that what is done is soon seen.
     fn tile(&self, round: &Round, tile: &Tile, scratch: &mut Scratch) {
-        let started = Instant::now();
-        if self.must_stop().is_some() {
-            return;
-        }
         let target = |pixel: &_| {
             let share = round.shares.as_ref().and_then(|shares| adaptive::share(shares, pixel));
             share.unwrap_or(round.target)
         };
-        let groups = tile.pixels_by_lack(&self.lock().film, target);
-        if groups.is_empty() {
-            return;
+        while self.must_stop().is_none() {
+            let started = Instant::now();
+            let groups = tile.pixels_by_lack(&self.lock().film, target);
+            if groups.is_empty() {
+                return;
+            }
+            let (mut film, mut tally) = (self.film(tile.rect), Tally::default());
+            for (Lack { count, target }, pixels) in groups {
+                let lack = Lack { count, target: target.min(count.saturating_add(PART)) };
+                tally.merge(&self.take_samples(&mut film, &pixels, lack, scratch));
+            }
+            self.take(&[film], &tally, started, |_| {});
         }
-        let (mut film, mut tally) = (self.film(tile.rect), Tally::default());
-        for (lack, pixels) in groups {
-            tally.merge(&self.take_samples(&mut film, &pixels, lack, scratch));
-        }
-        self.take(&[film], &tally, started, |_| {});
     }
 
     /// Takes the samples that pixels of a tile lack, and what could not be added with them.
@@ -417,3 +418,6 @@ impl<'a> Picture<'a> {
 
 /// Samples per pixel of the first round where there are several.
 const FIRST_ROUND: u32 = 16;
+
+/// Samples per pixel, at most, after which a tile hands over what it has: to checkpoints, and to whoever watches.
+const PART: u32 = 256;

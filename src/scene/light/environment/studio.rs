@@ -232,7 +232,8 @@ impl Studio {
         }
         let total = self.total_weights(to);
         for lane in 0..LANES {
-            pdf[lane] /= total[lane];
+            // Without softboxes there may be nothing that light samples go to.
+            pdf[lane] = if total[lane] > 0.0 { pdf[lane] / total[lane] } else { 0.0 };
         }
         (self.le_eight(wi), pdf)
     }
