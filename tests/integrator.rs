@@ -33,6 +33,7 @@ fn furnace(specular: Specular, settings: Settings) -> Scene {
         settings,
         warnings: vec![],
         hash: String::new(),
+        files: vec![],
     }
 }
 

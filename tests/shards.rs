@@ -21,6 +21,7 @@ fn shards_merge_to_the_bits_of_the_whole() {
             files.push_str(&name);
             files.push(' ');
         }
+        let _ = std::fs::remove_file(place.path("merged.exr"));
         let ran = place.gloss(&format!("merge -o merged.png --checkpoint merged.exr {files}"));
         assert_eq!(ran.code, 0, "{}", ran.err);
         let merged = Checkpoint::read(&place.path("merged.exr")).unwrap();
@@ -59,6 +60,7 @@ fn layers_for_denoisers_merge_to_the_bits_of_the_whole() {
             files.push_str(&name);
             files.push(' ');
         }
+        let _ = std::fs::remove_file(place.path("merged.state.exr"));
         let ran = place.gloss(&format!("merge -o merged.exr --checkpoint merged.state.exr {files}"));
         assert_eq!(ran.code, 0, "{}", ran.err);
         assert_eq!(Checkpoint::read(&place.path("merged.state.exr")).unwrap().film, whole.film, "by {by}");

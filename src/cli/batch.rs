@@ -2,6 +2,7 @@
 
 use super::exit::{Exit, Failure, OrExit};
 use super::farm_args::ShardFlag;
+use super::files::Files;
 use super::parse;
 use super::series::{self, SeriesArgs};
 use crate::batch::{Frames, Jobs, share};
@@ -70,5 +71,7 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     if args.series.dry_run {
         return series::dry_run(&pictures);
     }
-    series::make_all(&args.series, &pictures)
+    let mut files = Files::default();
+    files.reads("the file of jobs", &args.jobs)?;
+    series::make_all(&args.series, &pictures, files)
 }

@@ -4,13 +4,14 @@ use super::accel_args::BuildArgs;
 use super::contender::Contender;
 use super::dump::Dump;
 use super::exit::{Exit, Failure, OrExit};
+use super::output::check_writable;
 use super::parse;
 use super::scene_args::SceneArgs;
 use super::signal::Interrupt;
 use super::terminal::{note, print, print_json, typed};
 use crate::compare::{self, Comparison, Options, Verdict, page, text};
 use crate::geometry::Shape;
-use crate::image_io::{atomic, write_atomically};
+use crate::image_io::write_atomically;
 use crate::integrator::{RayClass, RayLog};
 use crate::scene::Scene;
 use serde_json::json;
@@ -105,10 +106,11 @@ pub(super) struct Args {
 /// Builds, compares, tells and judges.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     // Everything that can be refused is refused before the work.
-    args.html.as_deref().map_or(Ok(()), atomic::check_writable).or_failed()?;
-    let dump = args.dump_rays.as_deref().map(Dump::create).transpose()?;
+    let mut files = args.scene.files()?;
+    args.html.as_deref().map_or(Ok(()), |path| check_writable(path, "--html", &mut files))?;
+    let dump = args.dump_rays.as_deref().map(|path| Dump::create(path, &mut files)).transpose()?;
     let interrupt = Interrupt::listen()?;
-    let scene = args.scene.load()?;
+    let scene = args.scene.load_beside(&mut files)?;
     let tell = |line: &str| {
         if !args.quiet {
             note(line);

@@ -1,11 +1,13 @@
 //! `gloss diff`: how far a picture is from a reference.
 
 use super::exit::{Exit, Failure, OrExit};
+use super::files::Files;
+use super::output::check_png;
 use super::parse;
 use super::terminal::{note, print, print_json};
 use crate::compare::diff::{Difference, Metric, Range, compare};
 use crate::compare::flip::DEFAULT_PPD;
-use crate::image_io::{Format, Image, atomic, read_image, write_rgb8};
+use crate::image_io::{Format, Image, read_image, write_rgb8};
 use clap::ValueEnum;
 use serde_json::json;
 use std::path::PathBuf;
@@ -74,10 +76,10 @@ pub(super) struct Args {
 /// Compares, tells, and judges.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     if let Some(map) = &args.map {
-        if Format::of(map).or_bad()? != Format::Png {
-            return Err(Failure::bad(format!("{}: the map is a .png", map.display())));
-        }
-        atomic::check_writable(map).or_failed()?;
+        let mut files = Files::default();
+        files.reads("the picture to test", &args.test)?;
+        files.reads("the reference", &args.reference)?;
+        check_png(map, "the map", "--map", &mut files)?;
     }
     let mut images = [read_image(&args.test).or_bad()?, read_image(&args.reference).or_bad()?];
     let as_shown = [&args.test, &args.reference].map(|path| Format::of(path).is_ok_and(|f| f == Format::Png));

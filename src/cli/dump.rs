@@ -1,6 +1,8 @@
 //! Rays written to a file for `gloss trace`.
 
 use super::exit::{Failure, OrExit};
+use super::files::Files;
+use super::output::check_writable;
 use crate::image_io::atomic;
 use crate::trace::RayFile;
 use std::path::{Path, PathBuf};
@@ -15,8 +17,8 @@ pub(super) struct Dump {
 
 impl Dump {
     /// Begins the file, under a temporary name beside its own.
-    pub(super) fn create(path: &Path) -> Result<Self, Failure> {
-        atomic::check_writable(path).or_failed()?;
+    pub(super) fn create(path: &Path, files: &mut Files) -> Result<Self, Failure> {
+        check_writable(path, "--dump-rays", files)?;
         let temporary = atomic::temporary_beside(path).or_failed()?.into_temp_path();
         let rays = RayFile::create(&temporary).or_failed()?;
         Ok(Self { path: path.into(), temporary, rays })

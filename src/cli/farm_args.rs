@@ -2,28 +2,32 @@
 
 use super::accel_args::AccelArgs;
 use super::exit::{Exit, Failure, OrExit};
-use super::output::Output;
+use super::files::Files;
+use super::output::{Output, check_writable};
 use super::parse;
 use super::signal::Interrupt;
 use super::terminal::note;
 use crate::farm::{self, Checkpoint, Header, Identity, Keeper, Part, Shard, ShardBy};
 use crate::film::PixelRect;
-use crate::image_io::{Format, atomic};
+use crate::image_io::Format;
 use crate::render::{Outcome, Progress, State, StopReason, Tally, can_grow};
 use crate::scene::Scene;
+use clap::ArgGroup;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Flags of `gloss render` for long and for shared renders.
 #[derive(Clone, Debug, clap::Args)]
+#[command(group = ArgGroup::new("kept").args(["checkpoint", "shard"]).multiple(true))]
 pub(super) struct FarmArgs {
     /// Keep the exact state of the render in this file (an EXR that viewers show), every so often and at the end
     #[arg(long, value_name = "FILE", help_heading = FARM)]
     checkpoint: Option<PathBuf>,
 
     /// Time between checkpoints: 60s, 5m, 1.5h; 0s for after each tile
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = parse::duration, help_heading = FARM)]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = parse::duration, help_heading = FARM,
+          requires = "kept")]
     checkpoint_every: Duration,
 
     /// Go on from the checkpoint if it is there: the picture is the same to the bit as that of an unbroken render
@@ -93,17 +97,25 @@ impl FarmArgs {
         {
             return Ok(Begin::Done(path.clone()));
         }
-        let beside = |path: &PathBuf| PathBuf::from(format!("{}.part", path.display()));
-        let checkpoint = self.checkpoint.clone().or(shard_output.as_ref().map(beside));
-        if let Some(path) = &checkpoint {
-            if outputs.iter().any(|output| output.path() == path) {
-                return Err(Failure::bad(format!("{}: both output and checkpoint", path.display())));
-            }
-            atomic::check_writable(path).or_failed()?;
-        }
+        let checkpoint = self.checkpoint(outputs);
         let mut job = Job { header, every: self.checkpoint_every, checkpoint, shard_output, resume: None };
         self.find_checkpoint(&mut job)?;
         Ok(Begin::Job(Box::new(job)))
+    }
+
+    /// Checks that unfinished work can be kept, and is kept in no other file of the command's.
+    pub(super) fn check_checkpoint(&self, outputs: &[Output], files: &mut Files) -> Result<(), Failure> {
+        self.checkpoint(outputs).map_or(Ok(()), |path| check_writable(&path, "--checkpoint", files))
+    }
+
+    /// Where unfinished work is kept, if anywhere: that of a shard beside its output.
+    fn checkpoint(&self, outputs: &[Output]) -> Option<PathBuf> {
+        self.checkpoint.clone().or_else(|| {
+            let output = self.shard.and(outputs.first())?;
+            let mut name = output.path().as_os_str().to_owned();
+            name.push(".part");
+            Some(name.into())
+        })
     }
 
     /// The samples to take, and the file that a shard goes to.

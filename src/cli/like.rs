@@ -2,6 +2,7 @@
 
 use super::accel_args::AccelArgs;
 use super::exit::{Failure, OrExit};
+use super::files::Files;
 use super::parse;
 use super::scene_args::SceneArgs;
 use crate::scene::Override;
@@ -32,6 +33,11 @@ pub(super) struct LikeArgs {
 const HEADING: &str = "Measured advice";
 
 impl LikeArgs {
+    /// Notes the file of findings.
+    pub(super) fn note_file(&self, files: &mut Files) -> Result<(), Failure> {
+        self.like.as_deref().map_or(Ok(()), |path| files.reads("the findings of --like", path))
+    }
+
     /// Puts the advice before the flags; says what it is, if any is wanted.
     pub(super) fn apply(
         &self,

@@ -1,7 +1,8 @@
 //! `gloss merge`: shards in, a picture out.
 
 use super::exit::{Exit, Failure, OrExit};
-use super::output::Output;
+use super::files::{self, Files};
+use super::output::{Output, check_writable};
 use super::parse;
 use super::terminal::{count, note};
 use crate::farm::{self, Header, Merged};
@@ -15,6 +16,8 @@ use std::path::{Path, PathBuf};
 The files may come in any order and more than once: the picture is the same to the bit as that of one render. Shards of
 another scene, other settings or another cut are refused. If some are missing, each is named and nothing is written,
 unless --partial is given. An EXR has the layers that the shards' --aov asked for.
+
+The file of --checkpoint may be one of those that are merged: the others are then added to it. Any other file stays.
 
 Exit codes: 0 done, 1 failed or parts are missing, 2 bad usage, damaged files or files of different pictures.
 
@@ -51,11 +54,13 @@ pub(super) struct Args {
 
 /// Merges, writes and tells.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
-    let outputs = Output::check(&args.output)?;
-    if let Some(path) = &args.checkpoint {
-        atomic::check_writable(path).or_failed()?;
-    }
+    let mut files = Files::default();
+    let outputs = Output::check(&args.output, &mut files)?;
     let paths = paths(&args.shards)?;
+    paths.iter().try_for_each(|path| files.reads("one of the shards", path))?;
+    if let Some(path) = &args.checkpoint {
+        check_checkpoint(path, &paths, &mut files)?;
+    }
     let Merged { checkpoint, missing, repeated } = farm::merge(&paths).or_bad()?;
 
     for (path, other) in repeated.iter().filter(|_| !args.quiet) {
@@ -99,6 +104,19 @@ fn paths(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
         }
     }
     Ok(paths)
+}
+
+/// Checks that the sums can be kept, and take the place of no others but those that they hold.
+fn check_checkpoint(path: &Path, shards: &[PathBuf], files: &mut Files) -> Result<(), Failure> {
+    if shards.iter().any(|shard| files::are_same(shard, path)) {
+        return atomic::check_writable(path).or_failed();
+    }
+    check_writable(path, "--checkpoint", files)?;
+    if path.exists() {
+        let message = "is there: name it among the shards to add to it, or give --checkpoint another name";
+        return Err(Failure::bad(format!("{} {message}", path.display())));
+    }
+    Ok(())
 }
 
 /// What an EXR remembers of how it was made, in the words of `gloss render`.

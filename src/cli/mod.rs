@@ -12,6 +12,7 @@ mod dump;
 mod exit;
 mod farm_args;
 mod figures;
+mod files;
 mod generate;
 mod info;
 mod like;

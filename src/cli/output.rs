@@ -1,11 +1,31 @@
 //! The pictures that a render leaves behind.
 
 use super::exit::{Failure, OrExit};
+use super::files::Files;
 use crate::film::{Film, PixelRect};
 use crate::image_io::{ExrOptions, Format, Image, ImageError, atomic, write_exr, write_png};
 use crate::render::aov_channels;
 use crate::scene::Aov;
 use std::path::{Path, PathBuf};
+
+/// Checks that the file which `flag` names can be written, and is no other of the command's.
+pub(super) fn check_writable(path: &Path, flag: &'static str, files: &mut Files) -> Result<(), Failure> {
+    atomic::check_writable(path).or_failed()?;
+    files.writes(flag, path)
+}
+
+/// The same of a picture that is a PNG in any case, such as `the map`.
+pub(super) fn check_png(
+    path: &Path,
+    what: &str,
+    flag: &'static str,
+    files: &mut Files,
+) -> Result<(), Failure> {
+    if Format::of(path).or_bad()? != Format::Png {
+        return Err(Failure::bad(format!("{}: {what} is a .png", path.display())));
+    }
+    check_writable(path, flag, files)
+}
 
 /// A file to write.
 pub(super) struct Output {
@@ -14,18 +34,14 @@ pub(super) struct Output {
 }
 
 impl Output {
-    /// Checks that every file can be written, before any work is done for it.
-    pub(super) fn check(paths: &[PathBuf]) -> Result<Vec<Self>, Failure> {
-        let mut outputs: Vec<Self> = Vec::with_capacity(paths.len());
-        for path in paths {
+    /// Checks that every file can be written and is none of the others, before any work is done for it.
+    pub(super) fn check(paths: &[PathBuf], files: &mut Files) -> Result<Vec<Self>, Failure> {
+        let check = |path: &PathBuf| {
             let format = Format::of(path).or_bad()?;
-            atomic::check_writable(path).or_failed()?;
-            if outputs.iter().any(|o| &o.path == path) {
-                return Err(Failure::bad(format!("{}: given twice as an output", path.display())));
-            }
-            outputs.push(Self { path: path.clone(), format });
-        }
-        Ok(outputs)
+            check_writable(path, "--output", files)?;
+            Ok(Self { path: path.clone(), format })
+        };
+        paths.iter().map(check).collect()
     }
 
     /// What kind of file it is.

@@ -116,12 +116,15 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         // Whoever shares a picture among machines should not have to visit each for this.
         make_directories(&args.output)?;
     }
-    let outputs = Output::check(&args.output)?;
-    let dump = args.dump_rays.as_deref().map(Dump::create).transpose()?;
+    let mut files = args.scene.files()?;
+    args.like.note_file(&mut files)?;
+    let outputs = Output::check(&args.output, &mut files)?;
+    args.farm.check_checkpoint(&outputs, &mut files)?;
+    let dump = args.dump_rays.as_deref().map(|path| Dump::create(path, &mut files)).transpose()?;
     let interrupt = Interrupt::listen()?;
 
     let started = Instant::now();
-    let scene = args.scene.load()?;
+    let scene = args.scene.load_beside(&mut files)?;
     let load_seconds = started.elapsed().as_secs_f64();
     check_crop(args.crop, scene.camera.resolution)?;
     if !scene.settings.aovs.is_empty() && outputs.iter().all(|output| output.format() != Format::Exr) {

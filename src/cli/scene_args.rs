@@ -1,6 +1,7 @@
 //! The scene and what the command line changes of it.
 
 use super::exit::{Failure, OrExit};
+use super::files::Files;
 use super::parse;
 use crate::bxdf::Horizon;
 use crate::scene::{
@@ -170,6 +171,20 @@ impl SceneArgs {
     /// The file's name for people.
     pub(super) fn name(&self) -> String {
         self.scene.display().to_string()
+    }
+
+    /// The files of a command that reads the scene's.
+    pub(super) fn files(&self) -> Result<Files, Failure> {
+        let mut files = Files::default();
+        files.reads("the scene", &self.scene)?;
+        Ok(files)
+    }
+
+    /// The scene as the file and the flags describe it; refused if a file that it names will be written.
+    pub(super) fn load_beside(&self, files: &mut Files) -> Result<Scene, Failure> {
+        let scene = self.load()?;
+        files.reads_files_of(&scene)?;
+        Ok(scene)
     }
 
     /// The scene as the file and the flags describe it.

@@ -2,13 +2,15 @@
 
 use super::accel_args::AccelArgs;
 use super::exit::{Exit, Failure, OrExit};
+use super::files::{Files, OF_SCENE};
+use super::output::check_png;
 use super::parse;
 use super::progress::{Reporter, Style};
 use super::signal::Interrupt;
 use super::terminal::{note, print};
 use crate::batch::{Made, Picture, PictureError, Record, Workshop, WorkshopOptions};
-use crate::image_io::atomic;
 use crate::image_io::label::{Canvas, contact_sheet};
+use crate::scene;
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{IsTerminal, Write};
@@ -54,6 +56,9 @@ pub(super) struct SeriesArgs {
     quiet: bool,
 }
 
+/// What names the files of pictures: an output's template, or a job.
+const A_PICTURE: &str = "a picture";
+
 /// Largest edge of a picture on a contact sheet.
 const THUMBNAIL: u32 = 256;
 
@@ -72,10 +77,8 @@ pub(super) fn dry_run(pictures: &[Picture]) -> Result<Exit, Failure> {
 }
 
 /// Makes the pictures; one that cannot be made does not stop the rest.
-pub(super) fn make_all(args: &SeriesArgs, pictures: &[Picture]) -> Result<Exit, Failure> {
-    if let Some(sheet) = &args.sheet {
-        atomic::check_writable(sheet).or_failed()?;
-    }
+pub(super) fn make_all(args: &SeriesArgs, pictures: &[Picture], files: Files) -> Result<Exit, Failure> {
+    args.check_files(pictures, files)?;
     let mut series = Series {
         args,
         records: Records::open(args.records.as_ref())?,
@@ -106,6 +109,32 @@ pub(super) fn make_all(args: &SeriesArgs, pictures: &[Picture]) -> Result<Exit, 
 }
 
 impl SeriesArgs {
+    /// Checks that nothing is written over another file of the series.
+    fn check_files(&self, pictures: &[Picture], mut files: Files) -> Result<(), Failure> {
+        for picture in pictures {
+            files.reads("the scene", &picture.scene)?;
+        }
+        for output in pictures.iter().flat_map(|picture| &picture.outputs) {
+            files.writes(A_PICTURE, output)?;
+        }
+        if let Some(sheet) = &self.sheet {
+            check_png(sheet, "the sheet", "--sheet", &mut files)?;
+        }
+        self.records.as_ref().map_or(Ok(()), |path| files.writes("--records", path))?;
+        pictures.iter().try_for_each(|picture| self.check_files_of(picture))
+    }
+
+    /// Checks that what a picture's scene names stays; it may well be a picture that was made before.
+    fn check_files_of(&self, picture: &Picture) -> Result<(), Failure> {
+        // A scene that cannot be loaded says so when its picture is made.
+        let named = scene::named_files(&picture.scene, &picture.overrides).unwrap_or_default();
+        let mut files = Files::default();
+        named.iter().try_for_each(|path| files.reads(OF_SCENE, path))?;
+        picture.outputs.iter().try_for_each(|path| files.writes(A_PICTURE, path))?;
+        self.sheet.as_ref().map_or(Ok(()), |path| files.writes("--sheet", path))?;
+        self.records.as_ref().map_or(Ok(()), |path| files.writes("--records", path))
+    }
+
     /// Pictures that an earlier run has made, the latest record of each by its first file.
     fn earlier(&self) -> Result<HashMap<String, Record>, Failure> {
         let Some(path) = self.records.as_ref().filter(|_| self.resume) else { return Ok(HashMap::new()) };

@@ -102,7 +102,6 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
 
 fn submission(args: &Args) -> Result<Submission, Failure> {
     let program = std::env::current_exe().or_failed()?;
-    let absolute = |path: &Path| std::path::absolute(path).or_failed();
     let input = absolute(&args.work)?;
     let work = if Jobs::read(&input).is_ok() {
         if !args.output.is_empty() {
@@ -122,9 +121,9 @@ fn submission(args: &Args) -> Result<Submission, Failure> {
         for output in &args.output {
             Format::of(output).or_bad()?;
         }
+        let outputs = args.output.iter().map(|output| absolute(output)).collect::<Result<_, _>>()?;
         let beside = PathBuf::from(format!("{}.shards", first.display()));
         let directory = absolute(args.directory.as_ref().unwrap_or(&beside))?;
-        let outputs = args.output.iter().map(|output| absolute(output)).collect::<Result<_, _>>()?;
         Work::Picture { scene: input, outputs, directory }
     };
     Ok(Submission {
@@ -136,6 +135,16 @@ fn submission(args: &Args) -> Result<Submission, Failure> {
         time: args.time,
         options: args.option.clone(),
     })
+}
+
+/// The path from everywhere, for a script, which is text.
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    let path = std::path::absolute(path).or_failed()?;
+    if path.to_str().is_none() {
+        let message = "is no UTF-8, which a scheduler's script is: give it another name";
+        return Err(Failure::bad(format!("{} {message}", path.display())));
+    }
+    Ok(path)
 }
 
 /// Hands the array and the merge that depends on it to `sbatch`.

@@ -1,6 +1,7 @@
 //! `gloss sweep`: one scene, some of its values varied.
 
 use super::exit::{Exit, Failure, OrExit};
+use super::files::Files;
 use super::scene_args::SceneArgs;
 use super::series::{self, SeriesArgs};
 use crate::sweep::{Sweep, Vary, default_output};
@@ -58,5 +59,5 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     if args.series.dry_run {
         return series::dry_run(&pictures);
     }
-    series::make_all(&args.series, &pictures)
+    series::make_all(&args.series, &pictures, Files::default())
 }

@@ -2,11 +2,12 @@
 
 use super::accel_args::AccelArgs;
 use super::exit::{Exit, Failure, OrExit};
+use super::output::check_writable;
 use super::parse;
 use super::scene_args::SceneArgs;
 use super::signal::Interrupt;
 use super::terminal::{note, print, typed};
-use crate::image_io::{atomic, write_atomically};
+use crate::image_io::write_atomically;
 use crate::scene::Scene;
 use crate::trade::bench::fitting_resolution;
 use crate::trade::findings::About;
@@ -45,8 +46,8 @@ pub(super) struct Args {
     knobs: Vec<Knob>,
 
     /// Pictures of each way, at least 2 [default: 8]
-    #[arg(long, value_name = "N")]
-    rounds: Option<NonZeroU32>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    rounds: Option<u32>,
 
     /// Wall time of the whole run, such as 90s or 5m; two rounds are done in any case
     #[arg(long, value_name = "TIME", value_parser = parse::duration)]
@@ -109,12 +110,14 @@ const USUAL_TIME: Duration = Duration::from_secs(300);
 /// Measures, tells and writes.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     // Everything that can be refused is refused before the work.
-    for path in [&args.output, &args.json, &args.csv, &args.state].into_iter().flatten() {
-        atomic::check_writable(path).or_failed()?;
+    let mut files = args.scene.files()?;
+    let outputs = [("--output", &args.output), ("--json", &args.json), ("--csv", &args.csv)];
+    for (flag, path) in outputs.into_iter().chain([("--state", &args.state_path())]) {
+        path.as_deref().map_or(Ok(()), |path| check_writable(path, flag, &mut files))?;
     }
     let interrupt = Interrupt::listen()?;
     let started = Instant::now();
-    let scene = args.scene.load()?;
+    let scene = args.scene.load_beside(&mut files)?;
     let full = scene.camera.resolution;
     let threads = args.accel.build.threads;
     let mut bench = Bench::new(&args.scene.scene, args.scene.overrides(), full, threads, interrupt.stop());
@@ -200,7 +203,7 @@ impl Args {
     }
 
     fn rounds(&self) -> u32 {
-        self.rounds.map_or(ROUNDS, NonZeroU32::get)
+        self.rounds.unwrap_or(ROUNDS)
     }
 
     fn targets(&self) -> Vec<Target> {

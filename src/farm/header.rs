@@ -140,6 +140,13 @@ impl Part {
         (self.rect, self.first, self.end) == (other.rect, other.first, other.end)
     }
 
+    /// Whether all samples of the other belong to it.
+    pub fn contains(&self, other: &Self) -> bool {
+        let (a, b) = (self.rect, other.rect);
+        let pixels = a.x0 <= b.x0 && b.x1 <= a.x1 && a.y0 <= b.y0 && b.y1 <= a.y1;
+        pixels && self.first <= other.first && other.end <= self.end
+    }
+
     /// Whether a sample belongs to both.
     pub fn overlaps(&self, other: &Self) -> bool {
         let (a, b) = (self.rect, other.rect);

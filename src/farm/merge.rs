@@ -44,6 +44,16 @@ pub enum MergeError {
         /// Its part.
         other_part: String,
     },
+    /// A file has been merged into another already.
+    #[error("{} has samples ({part}) that are in {} already: leave one of the two out", path.display(), other.display())]
+    Contained {
+        /// The file.
+        path: PathBuf,
+        /// Its part.
+        part: String,
+        /// The other, which has all of the part.
+        other: PathBuf,
+    },
     /// Two complete files of the same samples differ.
     #[error("{} and {} claim the same samples ({part}) but differ: at least one was not made by this scene on this program", path.display(), other.display())]
     Differ {
@@ -149,6 +159,10 @@ impl Piece {
         &self.summary.header.parts
     }
 
+    fn samples(&self) -> u64 {
+        self.parts().iter().map(Part::samples).sum()
+    }
+
     fn is_finished(&self) -> bool {
         self.summary.header.is_finished()
     }
@@ -168,11 +182,21 @@ impl Piece {
     fn check_apart(&self, other: &Self) -> Result<(), MergeError> {
         for part in self.parts() {
             if let Some(shared) = other.parts().iter().find(|p| p.overlaps(part)) {
+                let mut both = [(self, part), (other, shared)];
+                both.sort_by_key(|(piece, _)| piece.samples());
+                let [(small, part), (large, of_large)] = both;
+                if of_large.finished && of_large.contains(part) {
+                    return Err(MergeError::Contained {
+                        path: small.path.clone(),
+                        part: part.to_string(),
+                        other: large.path.clone(),
+                    });
+                }
                 return Err(MergeError::Overlap {
-                    path: self.path.clone(),
+                    path: small.path.clone(),
                     part: part.to_string(),
-                    other: other.path.clone(),
-                    other_part: shared.to_string(),
+                    other: large.path.clone(),
+                    other_part: of_large.to_string(),
                 });
             }
         }
@@ -200,7 +224,7 @@ fn missing(pieces: &[Piece]) -> Vec<String> {
     let mut lines: Vec<String> = pieces.iter().flat_map(unfinished).collect();
 
     let whole = identity.picture.area() as u64 * u64::from(identity.spp);
-    let there: u64 = pieces.iter().flat_map(Piece::parts).map(Part::samples).sum();
+    let there: u64 = pieces.iter().map(Piece::samples).sum();
     if there < whole {
         lines.extend(missing_shards(pieces).unwrap_or_else(|| {
             vec![format!("{} of {whole} samples are in none of the files", whole - there)]
@@ -348,6 +372,9 @@ mod tests {
             ]
         );
         let half = farm.write("half.exr", &half.checkpoint);
+        let again = merge(&[half.clone(), paths[1].clone(), paths[3].clone()]).unwrap_err().to_string();
+        let told = ["3.exr has samples (shard 3/4, samples 12 to 16)", "half.exr already"];
+        assert!(told.iter().all(|words| again.contains(words)), "{again}");
         let merged = merge(&[half, paths[1].clone(), paths[2].clone()]).unwrap();
         assert_eq!((merged.missing.len(), merged.checkpoint.film.pixels), (0, farm.whole()));
     }

@@ -25,6 +25,7 @@ pub use light::{
 };
 pub use load::{
     Format, GeometryCache, Location, Override, SceneError, load, load_settings, load_str, load_with,
+    named_files,
 };
 pub use material::{Material, Specular, Texture};
 pub use plan::Plan;
@@ -37,6 +38,7 @@ pub use world::World;
 
 use crate::core::Rgb;
 use crate::geometry::{Aabb, Shape};
+use std::path::PathBuf;
 
 /// What one shape looks like; parallel to [`Scene::shapes`].
 #[derive(Clone, Debug)]
@@ -72,6 +74,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Hash of the description and of every file that it names, in hexadecimal.
     pub hash: String,
+    /// Every file that was read for it besides the description: meshes, their materials, environments.
+    pub files: Vec<PathBuf>,
 }
 
 impl Scene {

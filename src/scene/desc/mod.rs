@@ -23,6 +23,7 @@ pub use shape::{GeneratorDesc, ShapeDesc, TransformDesc};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// A scene file. Everything may be left out: an empty scene is black.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -48,6 +49,22 @@ pub struct SceneDesc {
     /// What emits, besides shapes of an `emissive` material.
     #[serde(default)]
     pub lights: Vec<LightDesc>,
+}
+
+impl SceneDesc {
+    /// The files that it names, as it writes them: meshes and the environment.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let meshes = self.shapes.iter().filter_map(|shape| match shape {
+            ShapeDesc::Obj(desc) => Some(&*desc.file),
+            ShapeDesc::Ply(desc) => Some(&*desc.file),
+            _ => None,
+        });
+        let environment = match &self.environment {
+            Some(EnvironmentDesc::Image(desc)) => Some(&*desc.file),
+            _ => None,
+        };
+        meshes.chain(environment)
+    }
 }
 
 /// The JSON schema of scene files.

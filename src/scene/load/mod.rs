@@ -65,6 +65,16 @@ pub fn load_settings(path: &Path, overrides: &[Override]) -> Result<Settings, Sc
     settings::checked(&source.description()?.settings, &source)
 }
 
+/// The files that a scene names; none is read, and what they name in turn, such as an OBJ file's materials, is left out.
+///
+/// # Errors
+/// If the scene file is missing or malformed.
+pub fn named_files(path: &Path, overrides: &[Override]) -> Result<Vec<PathBuf>, SceneError> {
+    let base_dir = path.parent().unwrap_or(Path::new(""));
+    let desc = open(path, overrides)?.description()?;
+    Ok(desc.files().map(|file| base_dir.join(file)).collect())
+}
+
 fn open(path: &Path, overrides: &[Override]) -> Result<Source, SceneError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
@@ -135,6 +145,18 @@ fn build(source: &Source, base_dir: &Path, cache: &mut GeometryCache) -> Result<
         None => Rgb::BLACK,
     };
     let hash = hash::of(source.root(), &settings, &notes.files, notes.cache)?;
-    let warnings = notes.warnings;
-    Ok(Scene { camera, shapes, geometries, materials, lights, ambient, world, settings, warnings, hash })
+    let Notes { warnings, files, .. } = notes;
+    Ok(Scene {
+        camera,
+        shapes,
+        geometries,
+        materials,
+        lights,
+        ambient,
+        world,
+        settings,
+        warnings,
+        hash,
+        files,
+    })
 }
