@@ -7,11 +7,11 @@
 //! | 0 | [`core`] | rays, hits, frames, colours, warps with their pdfs, samplers |
 //! | 1 | [`geometry`] | triangle meshes, spheres, bounds, readers and generators |
 //! | 1 | [`bxdf`] | one lobe a file; [`bxdf::Bsdf`] is what a surface point reflects with |
-//! | 1 | [`film`] | per pixel: sum, sum of squares, count |
+//! | 1 | [`film`], [`image_io`] | per pixel: sum, sum of squares, count; EXR, HDR and PNG |
 //! | 2 | [`accel`] | who answers rays: `brute`, `bvh`, `embree` |
 //! | 3 | [`scene`] | description, loading, camera, lights, materials, the plan |
 //! | 4 | [`integrator`] | radiance from rays: the wave loop |
-//! | 5 | [`render`], [`image_io`] | tiles on threads, stop rules; EXR and PNG |
+//! | 5 | [`render`] | tiles on threads, stop rules |
 //! | 6 | [`trace`], [`report`], [`compare`], [`figures`], [`farm`], [`batch`], [`sweep`], [`trade`] | whole jobs made of renders |
 //! | 7 | [`cli`] | the command line |
 

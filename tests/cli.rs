@@ -327,6 +327,14 @@ fn info_tells_what_is_in_a_scene() {
 }
 
 #[test]
+fn info_tells_what_memory_a_picture_takes() {
+    let place = Place::new();
+    place.write("a.toml", SCENE);
+    let told = place.gloss("info a.toml --resolution 65536x65536").ends(0).out;
+    assert!(told.contains("GB of the picture"), "{told}");
+}
+
+#[test]
 fn the_schema_is_json_and_nobody_minds_if_only_its_head_is_read() {
     let place = Place::new();
     let schema: serde_json::Value = serde_json::from_str(&place.gloss("schema").ends(0).out).unwrap();

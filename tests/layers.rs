@@ -11,7 +11,7 @@ const MAY_IMPORT: [(&str, &[&str]); 19] = [
     ("film", &["core"]),
     ("image_io", &["core"]),
     ("accel", &["core", "geometry"]),
-    ("scene", &["core", "geometry", "bxdf"]),
+    ("scene", &["core", "geometry", "bxdf", "image_io"]),
     ("guiding", &["core", "geometry", "bxdf", "scene", "accel"]),
     ("integrator", &["core", "bxdf", "scene", "film", "accel", "guiding"]),
     ("render", &["core", "film", "accel", "scene", "guiding", "integrator"]),

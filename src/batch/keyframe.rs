@@ -22,6 +22,13 @@ impl TryFrom<Vec<(f64, Value)>> for Track {
         let Some((_, first)) = keys.first() else {
             return Err("keyframes are a list of [frame, value]: there is none".into());
         };
+        let is_finite = |(frame, value): &(f64, Value)| match value {
+            Value::Number(x) => frame.is_finite() && x.is_finite(),
+            Value::List(list) => frame.is_finite() && list.iter().all(|x| x.is_finite()),
+        };
+        if !keys.iter().all(is_finite) {
+            return Err("keyframes are finite numbers: nan and inf have no values between them".into());
+        }
         let alike = |a: &Value, b: &Value| match (a, b) {
             (Value::Number(_), Value::Number(_)) => true,
             (Value::List(a), Value::List(b)) => a.len() == b.len(),
@@ -93,6 +100,9 @@ mod tests {
             ("[[1, 2], [2, [3]]]", "one length"),
             ("[[1, [2, 3]], [2, [3]]]", "one length"),
             ("[[1, \"x\"]]", "number"),
+            ("[[1, 0], [2, nan]]", "finite"),
+            ("[[1, [0, inf]], [2, [0, 1]]]", "finite"),
+            ("[[nan, 0]]", "finite"),
         ] {
             let message = track(bad).unwrap_err();
             assert!(message.contains(why), "{bad}: {message}");

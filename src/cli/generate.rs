@@ -2,6 +2,7 @@
 
 use super::exit::{Exit, Failure, OrExit};
 use super::terminal::{bytes, note};
+use crate::core::memory;
 use crate::geometry::{Generator, generate, obj, ply};
 use crate::image_io::atomic;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -42,6 +43,10 @@ pub(super) struct Args {
     quiet: bool,
 }
 
+/// About what a triangle takes while it is made: three indices, half a vertex with its normal, and as much again while
+/// lists grow.
+const BYTES_PER_TRIANGLE: u64 = 2 * (12 + 36 / 2);
+
 /// The generators by name.
 fn kinds() -> impl TypedValueParser<Value = Generator> {
     let names = PossibleValuesParser::new(Generator::ALL.map(Generator::name));
@@ -70,6 +75,12 @@ fn writer(path: &Path) -> Result<Writer, Failure> {
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let write = writer(&args.output)?;
     atomic::check_writable(&args.output).or_failed()?;
+    let needed = BYTES_PER_TRIANGLE * u64::from(args.triangles);
+    if !memory::gives(needed) {
+        let (n, needed) = (args.triangles, bytes(needed));
+        let message = format!("{n} triangles take {needed}, more than this machine gives: ask for fewer");
+        return Err(Failure::failed(message));
+    }
     let mesh = generate::generate(args.kind, args.triangles as usize, args.seed);
     atomic::replace(&args.output, |temporary| write(temporary, &mesh)).or_failed()?;
     if !args.quiet {

@@ -4,6 +4,7 @@ use super::exit::{Exit, Failure};
 use super::scene_args::SceneArgs;
 use super::settings;
 use super::terminal::{bytes, print, print_json};
+use crate::film::Film;
 use crate::geometry::Aabb;
 use crate::scene::{Environment, Light, Material, Plan, Scene, Specular};
 use serde_json::{Value, json};
@@ -76,7 +77,8 @@ impl<'a> Inventory<'a> {
                 |[min, max]| format!("{} to {}", point(min), point(max)),
             ),
         );
-        line("memory", format!("{} of shapes, without the structure", bytes(plan.shape_bytes as u64)));
+        let (shapes, film) = (bytes(plan.shape_bytes as u64), bytes(self.film_bytes()));
+        line("memory", format!("{shapes} of shapes, without the structure; {film} of the picture"));
         for (number, material) in scene.materials.iter().enumerate() {
             let users = scene.geometries.iter().filter(|g| g.material as usize == number).count();
             let shapes = if users == 1 { "shape" } else { "shapes" };
@@ -93,6 +95,12 @@ impl<'a> Inventory<'a> {
         text
     }
 
+    /// What the picture takes while it is rendered.
+    fn film_bytes(&self) -> u64 {
+        let [width, height] = self.scene.camera.resolution.map(|n| n as usize);
+        Film::bytes(width * height, !self.scene.settings.aovs.is_empty())
+    }
+
     fn to_json(&self) -> Value {
         let Self { scene, plan, bounds } = self;
         let materials = scene.materials.iter().map(|m| json!({ "name": m.name, "lobes": lobes(m) }));
@@ -102,6 +110,7 @@ impl<'a> Inventory<'a> {
             "shapes": scene.shapes.len(),
             "bounds": bounds,
             "plan": plan,
+            "film_bytes": self.film_bytes(),
             "materials": materials.collect::<Vec<_>>(),
             "lights": scene.lights.lights.iter().map(kind_of_light).collect::<Vec<_>>(),
             "environment": scene.lights.environment.as_ref().map(kind_of_environment),

@@ -13,7 +13,8 @@ use super::stats::{Form, Stats};
 use super::terminal::{bytes, count, note, peak_memory_bytes};
 use super::{parse, settings};
 use crate::accel::AccelInfo;
-use crate::film::PixelRect;
+use crate::core::memory;
+use crate::film::{Film, PixelRect};
 use crate::image_io::Format;
 use crate::render::{Outcome, RayClass, RayLog, RenderOptions, StopReason, render};
 use crate::scene::{Plan, Scene};
@@ -141,6 +142,8 @@ pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
         }
     };
 
+    check_memory(job.rect(), &scene)?;
+
     let started = Instant::now();
     let accel = args.accel.build(&scene)?;
     let build_seconds = started.elapsed().as_secs_f64();
@@ -231,6 +234,19 @@ fn check_crop(crop: Option<PixelRect>, [width, height]: [u32; 2]) -> Result<(), 
         }
         _ => Ok(()),
     }
+}
+
+fn check_memory(rect: PixelRect, scene: &Scene) -> Result<(), Failure> {
+    let needed = Film::bytes(rect.area(), !scene.settings.aovs.is_empty());
+    if memory::gives(needed) {
+        return Ok(());
+    }
+    Err(Failure::failed(format!(
+        "the picture's {} pixels take {}, more than this machine gives: lower `resolution`, or render parts of it \
+         with --crop",
+        rect.area(),
+        bytes(needed)
+    )))
 }
 
 fn tell_before(args: &Args, scene: &Scene) {

@@ -64,7 +64,7 @@ pub fn hdr(reference: &Image, test: &Image, ppd: f32) -> Flip {
     let mut map = vec![0.0f32; reference.pixels.len()];
     for stops in exposures.stops() {
         let factor = stops.exp2();
-        let shown = |image: &Image| Opponent::of(image, |c| c.map(|x| aces(x.max(0.0) * factor)));
+        let shown = |image: &Image| Opponent::of(image, |c| c.map(|x| aces((x * factor).max(0.0))));
         let at_exposure = flip(&shown(reference), &shown(test), &filters);
         for (greatest, e) in map.iter_mut().zip(at_exposure) {
             *greatest = greatest.max(e);
@@ -101,7 +101,8 @@ impl Exposures {
             return Self { start: 0.0, stop: 0.0, count: 2 };
         }
         let bright = aces_inverse(0.85);
-        let (start, stop) = ((bright / brightest).log2(), (bright / median).log2());
+        // Quotients of the darkest numbers would be infinite.
+        let [start, stop] = [brightest, median].map(|y| bright.log2() - y.log2());
         Self { start, stop, count: (stop - start).ceil().max(2.0) as u32 }
     }
 
@@ -126,7 +127,10 @@ fn median(values: &mut [f32]) -> f32 {
 const ACES: [f32; 5] = [0.36 * 2.51, 0.6 * 0.03, 0.36 * 2.43, 0.6 * 0.59, 0.14];
 
 fn aces(x: f32) -> f32 {
+    /// The curve has reached its end long before, and the square is still finite.
+    const WHITE: f32 = 1e9;
     let [a, b, c, d, e] = ACES;
+    let x = x.min(WHITE);
     ((x * x * a + x * b) / (x * x * c + x * d + e)).clamp(0.0, 1.0)
 }
 
@@ -276,7 +280,7 @@ fn colour_difference(reference: [f32; 3], test: [f32; 3], greatest: f32) -> f32 
 /// In `[0, 1]`; edges and points as [`features_of`] gives them (equation 7).
 fn feature_difference([edge_r, point_r]: [f32; 2], [edge_t, point_t]: [f32; 2]) -> f32 {
     let difference = (edge_r - edge_t).abs().max((point_r - point_t).abs());
-    (difference * std::f32::consts::FRAC_1_SQRT_2).powf(FEATURE_EXPONENT)
+    (difference * std::f32::consts::FRAC_1_SQRT_2).powf(FEATURE_EXPONENT).min(1.0)
 }
 
 /// Between pure green and pure blue.

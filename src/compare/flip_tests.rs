@@ -176,3 +176,20 @@ fn the_tone_curve_is_inverted() {
         assert!((aces(aces_inverse(y)) - y).abs() < 1e-6);
     }
 }
+
+#[test]
+fn light_of_any_range_gives_a_number_and_differences_of_bright_pictures_show() {
+    let half = |scale: f32, brighter: f32| {
+        picture(move |x, _| [scale * if x < 32 { 0.25 } else { brighter }, scale * 0.25, scale * 0.25])
+    };
+    let at = |scale| hdr(&half(scale, 0.25), &half(scale, 1.0), DEFAULT_PPD).map;
+    let expected = mean(&at(1.0));
+    assert!(expected > 0.1, "{expected}");
+    for scale in [1e-30, 1e19, 1e30, 1e38] {
+        let map = at(scale);
+        assert!(map.iter().all(|e| (0.0..=1.0).contains(e)), "{scale:e}");
+        assert!((mean(&map) - expected).abs() < 1e-3, "{scale:e}: {} is not {expected}", mean(&map));
+    }
+    let darkest = hdr(&half(1e-44, 0.0), &half(1e38, 0.0), DEFAULT_PPD).map;
+    assert!(darkest.iter().all(|e| (0.0..=1.0).contains(e)));
+}

@@ -7,6 +7,7 @@ pub mod exponential;
 mod fixed;
 mod frame;
 pub mod lanes;
+pub mod memory;
 mod prefetch;
 mod ray;
 mod rgb;

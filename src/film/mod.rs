@@ -204,6 +204,12 @@ pub struct Film {
 }
 
 impl Film {
+    /// Bytes of a film of so many pixels, with or without room for what denoisers ask.
+    pub fn bytes(pixels: usize, guides: bool) -> u64 {
+        let pixel = size_of::<Pixel>() + if guides { size_of::<GuidePixel>() } else { 0 };
+        pixels as u64 * pixel as u64
+    }
+
     /// An empty film for a part of an image.
     pub fn new(resolution: [u32; 2], rect: PixelRect) -> Self {
         let pixels = vec![Pixel::default(); rect.area()];

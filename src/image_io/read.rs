@@ -1,6 +1,6 @@
-//! Reads lat-long photographs into linear light.
+//! Reads pictures of linear light, such as lat-long photographs.
 
-use crate::core::Rgb;
+use crate::core::{Rgb, memory};
 use std::path::{Path, PathBuf};
 
 /// A picture in linear light, row by row from the top.
@@ -33,6 +33,26 @@ pub enum ReadImageError {
         /// Why.
         source: exr::error::Error,
     },
+    /// It is a picture of something else than colours.
+    #[error("cannot read {}: colours are in channels R, G and B of one layer, and it has {found}", path.display())]
+    Channels {
+        /// Which file.
+        path: PathBuf,
+        /// The channels that there are.
+        found: String,
+    },
+    /// It claims more pixels than can be.
+    #[error("cannot read {}: it claims to have {width} x {height} pixels, and {why}", path.display())]
+    Size {
+        /// Which file.
+        path: PathBuf,
+        /// Pixels in a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Why that cannot be, and what would mend it.
+        why: &'static str,
+    },
     /// Radiance HDR cannot be decoded.
     #[error("cannot read {} (Radiance HDR): {source}", path.display())]
     Hdr {
@@ -46,18 +66,40 @@ pub enum ReadImageError {
 /// Reads an OpenEXR or Radiance HDR file, by its ending. Numbers are taken as they are: linear Rec. 709.
 ///
 /// # Errors
-/// If the ending is another, or the file is missing, damaged, or compressed in a way that is not known.
+/// If the ending is another, or the file is missing, damaged, too large for memory, or compressed in a way that is not
+/// known.
 pub fn read_linear(path: &Path) -> Result<LinearImage, ReadImageError> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match ending.as_deref() {
         Some("exr") => read_exr(path),
-        Some("hdr") => read_hdr(path),
+        Some("hdr" | "pic" | "rgbe") => read_hdr(path),
         _ => Err(ReadImageError::Format { path: path.to_owned() }),
     }
 }
 
 /// The first layer with channels R, G and B.
 fn read_exr(path: &Path) -> Result<LinearImage, ReadImageError> {
+    let mut compression = None;
+    let fail = |compression: Option<String>, source| ReadImageError::Exr {
+        path: path.to_owned(),
+        compression,
+        source,
+    };
+    let meta = exr::meta::MetaData::read_from_file(path, false).map_err(|e| fail(None, e))?;
+    if let Some(header) = meta.headers.first() {
+        compression = Some(format!(", {} compression", header.compression));
+    }
+    let names = |header: &exr::meta::header::Header| {
+        header.channels.list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>()
+    };
+    let all: Vec<_> = meta.headers.iter().map(names).collect();
+    if !all.iter().any(|names| ["R", "G", "B"].iter().all(|c| names.iter().any(|n| n == c))) {
+        return Err(ReadImageError::Channels { path: path.to_owned(), found: all.concat().join(", ") });
+    }
+    for size in meta.headers.iter().map(|header| header.layer_size) {
+        check_size(path, size.width(), size.height())?;
+    }
+
     let make = |size: exr::math::Vec2<usize>, _: &_| LinearImage {
         width: size.width(),
         height: size.height(),
@@ -68,31 +110,40 @@ fn read_exr(path: &Path) -> Result<LinearImage, ReadImageError> {
     };
     exr::image::read::read_first_rgba_layer_from_file(path, make, put)
         .map(|image| image.layer_data.channel_data.pixels)
-        .map_err(|source| ReadImageError::Exr {
-            path: path.to_owned(),
-            compression: compression(path),
-            source,
-        })
-}
-
-/// `, COMPRESSION compression` of the first layer.
-fn compression(path: &Path) -> Option<String> {
-    let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
-    Some(format!(", {} compression", meta.headers.first()?.compression))
+        .map_err(|e| fail(compression, e))
 }
 
 /// All of the file.
 fn read_hdr(path: &Path) -> Result<LinearImage, ReadImageError> {
-    let image = image::ImageReader::open(path)
-        .map_err(image::ImageError::IoError)
-        .and_then(|mut reader| {
-            reader.set_format(image::ImageFormat::Hdr);
-            reader.decode()
-        })
-        .map_err(|source| ReadImageError::Hdr { path: path.to_owned(), source })?
-        .into_rgb32f();
+    use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
+    let fail = |source| ReadImageError::Hdr { path: path.to_owned(), source };
+    let mut reader = ImageReader::open(path).map_err(|e| fail(ImageError::IoError(e)))?;
+    reader.set_format(ImageFormat::Hdr);
+    reader.no_limits();
+    let decoder = reader.into_decoder().map_err(fail)?;
+    let [width, height] = <[u32; 2]>::from(decoder.dimensions()).map(|n| n as usize);
+    check_size(path, width, height)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(fail)?.into_rgb32f();
     let pixels = image.pixels().map(|p| Rgb::from(p.0)).collect();
-    Ok(LinearImage { width: image.width() as usize, height: image.height() as usize, pixels })
+    Ok(LinearImage { width, height, pixels })
+}
+
+/// Refuses a picture that its file cannot hold, or memory cannot, before there is room made for it: a header may claim
+/// anything.
+fn check_size(path: &Path, width: usize, height: usize) -> Result<(), ReadImageError> {
+    /// In the densest compression, DWA, a byte that deflate makes of 1032 stands for half the mean of 64 values, of
+    /// which a pixel has three: 11008 pixels.
+    const MOST_PIXELS_PER_BYTE: u64 = 1 << 14;
+    let bytes = std::fs::metadata(path).map_or(u64::MAX, |m| m.len());
+    let claims = |why| Err(ReadImageError::Size { path: path.to_owned(), width, height, why });
+    let Some(pixels) = width.checked_mul(height) else { return claims("no file holds so many") };
+    if pixels as u64 > bytes.saturating_mul(MOST_PIXELS_PER_BYTE) {
+        return claims("its length cannot hold them, so that it is damaged: make it anew");
+    }
+    if !memory::gives((pixels * size_of::<Rgb>()) as u64) {
+        return claims("memory cannot hold them: make it smaller");
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -161,6 +212,43 @@ mod tests {
             let near = a.to_array().into_iter().zip(b.to_array()).all(|(a, b)| (a - b).abs() <= step);
             assert!(near, "{a:?} {b:?}");
         }
+    }
+
+    /// The EXR file of a small picture, which claims to have 60000 x 60000 pixels.
+    fn claim(path: &Path) {
+        write_exr(path, Compression::ZIP16);
+        let mut bytes = std::fs::read(path).unwrap();
+        for name in [&b"dataWindow\0"[..], b"displayWindow\0"] {
+            let name_at = bytes.windows(name.len()).position(|w| w == name).unwrap();
+            let corner = name_at + name.len() + b"box2i\0".len() + 4 + 8;
+            bytes[corner..corner + 8].copy_from_slice(&[59_999i32.to_le_bytes(); 2].concat());
+        }
+        std::fs::write(path, bytes).unwrap();
+    }
+
+    #[test]
+    fn a_picture_that_claims_more_pixels_than_its_file_holds_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let (exr, hdr) = (folder.path().join("a.exr"), folder.path().join("a.hdr"));
+        claim(&exr);
+        std::fs::write(&hdr, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n").unwrap();
+        for path in [exr, hdr] {
+            let message = read_linear(&path).unwrap_err().to_string();
+            for word in [&*path.display().to_string(), "60000 x 60000 pixels", "make it anew"] {
+                assert!(message.contains(word), "`{word}` is not in: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_without_colours_says_which_channels_it_wants_and_which_it_has() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grey.exr");
+        let channels = SpecificChannels::build().with_channel("Y").with_pixel_fn(|_| (0.5f32,));
+        let image = exr::prelude::Image::from_channels((4, 4), channels);
+        image.write().to_file(&path).unwrap();
+        let message = read_linear(&path).unwrap_err().to_string();
+        assert!(message.contains("channels R, G and B") && message.ends_with("it has Y"), "{message}");
     }
 
     #[test]

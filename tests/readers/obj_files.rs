@@ -184,3 +184,17 @@ fn a_missing_file_is_named() {
         assert!(error.to_string().starts_with("cannot read no/such.obj: "), "{error}");
     }
 }
+
+#[test]
+fn what_is_no_text_is_refused_with_its_line() {
+    let folder = TempDir::new().unwrap();
+    let utf_16: Vec<u8> = CUBE.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, line) in
+        [(&b"# a cube\nv 0 0 \0\n"[..], 2), (&utf_16, 1), (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 3)]
+    {
+        let path = folder.path().join("a.obj");
+        std::fs::write(&path, bytes).unwrap();
+        let message = obj::read(&path).unwrap_err().to_string();
+        assert!(message.contains(&format!("a.obj, line {line}: a zero byte")), "{message}");
+    }
+}

@@ -134,3 +134,16 @@ fn displayed_settings_are_a_scene_files_settings() {
         assert_eq!(scene(&format!("[settings]\n{settings}")).settings, settings);
     }
 }
+
+#[test]
+fn a_list_a_table_or_a_quoted_text_that_is_no_toml_is_refused_and_other_text_is_taken_as_it_is() {
+    for value in ["[64, 48", "{ checker = [0, 1] size = 2 }", "\"clip", "'clip"] {
+        let message = complaint(&[&format!("materials.lemon.cr={value}")]);
+        assert!(message.starts_with("-D materials.lemon.cr="), "{message}");
+        assert!(message.contains("no TOML"), "{message}");
+    }
+    assert!(
+        complaint(&["environment={ type = \"image\", file = \"x\" }", "environment.file=3d.exr"])
+            .contains("3d.exr")
+    );
+}

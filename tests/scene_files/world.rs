@@ -163,3 +163,12 @@ fn planes_alone_are_scaled_by_the_distance_of_the_eye() {
         assert!((0.5..=2.0).contains(&distance), "{scale}: {distance}");
     }
 }
+
+#[test]
+fn what_is_huge_or_far_away_is_still_seen() {
+    let huge = scene("[[shapes]]\ntype = \"sphere\"\nradius = 1e300");
+    let Shape::Spheres(spheres) = &huge.shapes[0] else { panic!("{:?}", huge.shapes) };
+    assert!((0.25..=1.0).contains(&spheres[0].radius), "{spheres:?}");
+    let far = scene("[camera]\nlook_at = [0, 0, -1e300]");
+    assert_eq!(far.camera.forward, -glam::Vec3::Z);
+}

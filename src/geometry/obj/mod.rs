@@ -11,7 +11,7 @@ mod write;
 
 pub use write::write;
 
-use super::file_error::read_bytes;
+use super::file_error::{Fault, Place, read_bytes};
 use super::{MeshFileError, MeshSource};
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -69,9 +69,11 @@ const CHUNK_SIZE: usize = 1 << 20;
 ///
 /// # Errors
 /// If a file cannot be read (but a missing MTL file only makes a warning) or a line is malformed, names something
-/// that is not there, or holds a number that is not finite.
+/// that is not there, or holds a number that is not finite; or if a byte is zero, as in binary files and UTF-16.
 pub fn read(path: &Path) -> Result<ObjFile, MeshFileError> {
-    let content = assemble::parse(&read_bytes(path)?, CHUNK_SIZE).map_err(|fault| fault.in_file(path))?;
+    let bytes = read_bytes(path)?;
+    check_text(&bytes).map_err(|fault| fault.in_file(path))?;
+    let content = assemble::parse(&bytes, CHUNK_SIZE).map_err(|fault| fault.in_file(path))?;
     let mut file = ObjFile { files: vec![path.to_path_buf()], ..ObjFile::default() };
     for library in content.libraries {
         file.read_library(path.parent().unwrap_or(Path::new("")), &library)?;
@@ -89,6 +91,21 @@ pub fn read(path: &Path) -> Result<ObjFile, MeshFileError> {
     let warning = |name: String| format!("{}: no MTL file defines the material `{name}`", path.display());
     file.warnings.extend(unknown.into_iter().map(warning));
     Ok(file)
+}
+
+/// Refuses what is no text in ASCII or UTF-8, of which not one line might look like a statement: all of it would be
+/// passed over.
+fn check_text(bytes: &[u8]) -> Result<(), Fault> {
+    if !bytes.contains(&0) {
+        return Ok(());
+    }
+    let before = bytes.iter().take_while(|&&b| b != 0);
+    let line = 1 + before.filter(|&&b| b == b'\n').count();
+    Err(Fault::new(
+        Place::Line(line),
+        "a zero byte",
+        "an OBJ file is text in ASCII or UTF-8: is it another kind of file?",
+    ))
 }
 
 impl ObjFile {

@@ -166,12 +166,10 @@ placed! {
 
     /// One analytic sphere, or many that share a material.
     pub struct SphereDesc {
-        /// Centre.
-        #[serde(default)]
-        pub center: [f64; 3],
-        /// Radius.
-        #[serde(default = "one")]
-        pub radius: f64,
+        /// Centre; the origin if it is left out.
+        pub center: Option<[f64; 3]>,
+        /// Radius; 1 if it is left out.
+        pub radius: Option<f64>,
         /// Many at once, each as `[x, y, z, radius]`, in place of `center` and `radius`.
         #[serde(default)]
         pub spheres: Vec<[f64; 4]>,

@@ -29,7 +29,9 @@ pub(super) fn build(desc: &CameraDesc, source: &Source, world: &World) -> Result
     }
     let look_at = at.vector("look_at", desc.look_at)?;
     let up = at.direction("up", desc.up)?;
-    let Some(forward) = (look_at - eye).try_normalize() else {
+    // Halved and scaled first, so that what is far away has a direction too.
+    let forward = 0.5 * look_at - 0.5 * eye;
+    let Some(forward) = (forward / forward.abs().max_element()).try_normalize() else {
         return Err(at.key("look_at").fail("the same point as `eye`: the camera needs a direction"));
     };
     if forward.cross(up).length() < 1e-6 {
@@ -38,7 +40,27 @@ pub(super) fn build(desc: &CameraDesc, source: &Source, world: &World) -> Result
     }
     let zoom = at.positive("zoom", desc.zoom)? / source.resized_by(desc);
     let pixel = pixel_at_unit_distance(desc, at)? / zoom;
+    check_pixel(pixel, desc, at)?;
     Ok(Camera::look_at(eye_in_unit, forward, up, pixel, desc.resolution))
+}
+
+/// Refuses pixels so small or so large that rays through them have no directions of their own.
+fn check_pixel(pixel: f64, desc: &CameraDesc, at: &At<'_>) -> Result<(), SceneError> {
+    // Directions are vectors of f32, and their lengths are the roots of sums of squares.
+    let edge = pixel * f64::from(desc.resolution[0].max(desc.resolution[1]));
+    let why = if pixel < f64::from(f32::MIN_POSITIVE) {
+        "too small: zoom less, or widen the field of view"
+    } else if edge * edge > 0.5 * f64::from(f32::MAX) {
+        "too large: zoom more, or narrow the field of view"
+    } else {
+        return Ok(());
+    };
+    let key = match (desc.zoom == 1.0, desc.view_plane_distance) {
+        (false, _) => "zoom",
+        (true, Some(_)) => "view_plane_distance",
+        (true, None) => "fov_deg",
+    };
+    Err(at.key(key).fail(format!("pixels become {pixel:e} large at distance 1, which is {why}")))
 }
 
 /// Edge of a pixel on the plane at distance 1, before zoom.

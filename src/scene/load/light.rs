@@ -3,9 +3,10 @@
 use super::material::MaterialTable;
 use super::part::{Body, Part};
 use super::source::{At, Source};
-use super::{Notes, SceneError, picture, shape};
+use super::{Notes, SceneError, shape};
 use crate::core::Rgb;
 use crate::geometry::{Shape, TriangleMesh};
+use crate::image_io::read::{LinearImage, read_linear};
 use crate::scene::desc::light::{
     DirectionalDesc, EnvironmentDesc, FalloffDesc, GradientDesc, ImageDesc, PointDesc, StudioDesc,
 };
@@ -14,6 +15,9 @@ use crate::scene::light::environment::{Gradient, Softbox};
 use crate::scene::{Environment, Geometry, Light, Lights, Material, World};
 use glam::{DAffine3, DQuat, Vec3};
 use std::sync::Arc;
+
+/// The brightest radiance of the studio that has no softboxes of its own, or a little more.
+const BRIGHTEST_SHOT: f64 = 5.5;
 
 /// Triangles of a disk that stands for a lamp.
 const LAMP_SEGMENTS: u32 = 128;
@@ -148,7 +152,13 @@ fn gradient(desc: &GradientDesc, at: &At<'_>) -> Result<Environment, SceneError>
 }
 
 fn studio(desc: &StudioDesc, at: &At<'_>) -> Result<Environment, SceneError> {
-    let scale = at.non_negative("scale", desc.scale)? as f32;
+    let given = desc.softboxes.iter().flatten().map(|softbox| softbox.radiance);
+    let given = given.chain([desc.background, desc.zenith, desc.nadir].into_iter().flatten());
+    let brightest = match desc.softboxes {
+        Some(_) => given.flat_map(RgbDesc::to_array).fold(0.0, f64::max),
+        None => BRIGHTEST_SHOT,
+    };
+    let scale = at.scale("scale", desc.scale, brightest)?;
     let rotate_deg = at.finite("rotate_deg", desc.rotate_deg)?;
     let Some(softboxes) = &desc.softboxes else {
         let backgrounds = [("background", desc.background), ("zenith", desc.zenith), ("nadir", desc.nadir)];
@@ -191,13 +201,13 @@ fn studio(desc: &StudioDesc, at: &At<'_>) -> Result<Environment, SceneError> {
 }
 
 fn image(desc: &ImageDesc, at: &At<'_>, notes: &mut Notes<'_>) -> Result<Environment, SceneError> {
-    let scale = at.non_negative("scale", desc.scale)? as f32;
     let rotate_deg = at.finite("rotate_deg", desc.rotate_deg)? as f32;
     let path = notes.path_of(&desc.file);
-    let fail = |message: String| at.key("file").fail(format!("{}: {message}", path.display()));
-    let picture = picture::read(&path).map_err(fail)?;
-    let environment = Environment::image(picture.width, picture.height, picture.pixels, rotate_deg, scale)
-        .map_err(|e| fail(e.to_string()))?;
+    let LinearImage { width, height, pixels } = read_linear(&path).map_err(|e| at.key("file").fail(e))?;
+    let finite = pixels.iter().map(|p| p.max_channel()).filter(|x| x.is_finite());
+    let scale = at.scale("scale", desc.scale, finite.fold(0.0, f32::max).into())?;
+    let environment = Environment::image(width, height, pixels, rotate_deg, scale)
+        .map_err(|e| at.key("file").fail(format!("{}: {e}", path.display())))?;
     notes.files.push(path);
     Ok(environment)
 }

@@ -14,7 +14,6 @@ mod light;
 mod material;
 mod overrides;
 mod part;
-mod picture;
 mod settings;
 mod shape;
 mod source;

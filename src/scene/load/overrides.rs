@@ -1,7 +1,7 @@
 //! `path.to.key = value`, put into a document before it is read.
 
 use super::error::{Place, did_you_mean, one_of};
-use super::tree::{Entry, Node, Value};
+use super::tree::{Entry, Node, SyntaxError, Value};
 use std::fmt;
 use std::str::FromStr;
 
@@ -15,7 +15,7 @@ use std::str::FromStr;
 pub struct Override {
     /// Keys joined by dots.
     pub path: String,
-    /// A TOML value; text that is none is taken as a string.
+    /// A TOML value; text that is none is taken as a string, unless it begins with a bracket or a quote.
     pub value: String,
 }
 
@@ -56,20 +56,22 @@ pub(super) fn apply(root: &mut Node, overrides: &[Override]) -> Result<(), (usiz
     }
     for (index, Override { path, value }) in presets.into_iter().chain(others) {
         let node = node_of(value, Place::Override(index));
-        set(root, path, node).map_err(|message| (index, message))?;
+        node.and_then(|node| set(root, path, node)).map_err(|message| (index, message))?;
     }
     Ok(())
 }
 
-/// The value of an override: TOML if it is, else a string.
-fn node_of(text: &str, place: Place) -> Node {
-    let parsed = Node::from_toml(&format!("value = {text}")).ok().map(|root| root.value);
-    let mut node = match parsed {
-        Some(Value::Table(mut entries)) if entries.len() == 1 => entries.remove(0).node,
+/// The value of an override: TOML if it is, else a string, unless it begins as a table, a list or a quoted string do.
+fn node_of(text: &str, place: Place) -> Result<Node, String> {
+    let mut node = match Node::from_toml(&format!("value = {text}")).map(|root| root.value) {
+        Ok(Value::Table(mut entries)) if entries.len() == 1 => entries.remove(0).node,
+        Err(SyntaxError { message, .. }) if text.starts_with(['{', '[', '"', '\'']) => {
+            return Err(format!("the value is no TOML: {message}"));
+        }
         _ => Node { place, value: Value::String(text.to_owned()) },
     };
     node.set_place(place);
-    node
+    Ok(node)
 }
 
 /// Puts `new` where `path` says.

@@ -128,7 +128,8 @@ impl Part {
                 Shape::Mesh(mesh)
             }
             Body::Spheres(spheres) => {
-                let Some(scale) = uniform_scale(&to_unit) else {
+                // The unit world's scale apart: its cube may be too small for a determinant.
+                let Some(scale) = uniform_scale(&self.transform).map(|scale| scale * world.scale) else {
                     let message = "a sphere can only be scaled by the same factor along each axis; for an \
                                    ellipsoid use type = \"generated\", kind = \"sphere\"";
                     return Err(at.key("transform").fail(message));
@@ -139,9 +140,15 @@ impl Part {
                         radius: (scale * radius) as f32,
                     })
                     .collect();
-                if let Some(i) = spheres.iter().position(|s| !(s.center.is_finite() && s.radius > 0.0)) {
-                    let message = format!("sphere {i} is too small for the size of the rest of the scene");
-                    return Err(at.fail(message));
+                for (i, sphere) in spheres.iter().enumerate() {
+                    if !(sphere.center.is_finite() && sphere.radius.is_finite()) {
+                        let message = "is too large or too far away to be computed with: bring it nearer";
+                        return Err(at.fail(format!("sphere {i} {message}")));
+                    }
+                    if sphere.radius <= 0.0 {
+                        let message = "is too small for the size of the rest of the scene";
+                        return Err(at.fail(format!("sphere {i} {message}")));
+                    }
                 }
                 if emits {
                     return Ok(spheres.into_iter().map(|s| Shape::Spheres([s].into())).collect());

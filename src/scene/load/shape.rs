@@ -129,7 +129,15 @@ fn read_ply(
 
 fn spheres(desc: &SphereDesc, at: &At<'_>) -> Result<Body, SceneError> {
     if desc.spheres.is_empty() {
-        return Ok(Body::Spheres(vec![sphere(desc.center, desc.radius, at)?]));
+        let (center, radius) = (desc.center.unwrap_or_default(), desc.radius.unwrap_or(1.0));
+        return Ok(Body::Spheres(vec![sphere(center, radius, at)?]));
+    }
+    for (key, given) in [("center", desc.center.is_some()), ("radius", desc.radius.is_some())] {
+        if given {
+            return Err(at
+                .key(key)
+                .fail("goes without `spheres`, each of which has its own: give one of them"));
+        }
     }
     let list = at.key("spheres");
     let spheres = desc.spheres.iter().enumerate().map(|(i, &[x, y, z, radius])| {

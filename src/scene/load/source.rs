@@ -161,6 +161,18 @@ impl At<'_> {
         }
     }
 
+    /// A factor of light, the brightest of which is `brightest`: finite, not negative, and not too bright.
+    pub(super) fn scale(&self, key: &str, value: f64, brightest: f64) -> Result<f32, SceneError> {
+        match self.non_negative(key, value)? {
+            v if v * brightest > BRIGHTEST => {
+                let message =
+                    format!("{v:e} times a radiance of {brightest:e} is too bright: at most {BRIGHTEST:e}");
+                Err(self.key(key).fail(message))
+            }
+            v => Ok(v as f32),
+        }
+    }
+
     /// A point or a vector.
     pub(super) fn vector(&self, key: &str, value: [f64; 3]) -> Result<DVec3, SceneError> {
         for (i, x) in value.into_iter().enumerate() {

@@ -4,6 +4,7 @@ use super::SceneError;
 use super::source::At;
 use crate::bxdf::{Coat, ComplexIor, Horizon};
 use crate::core::Rgb;
+use crate::scene::desc::RgbDesc;
 use crate::scene::desc::colour::{CheckerDesc, ColourDesc};
 use crate::scene::desc::material::{ConductorDesc, DielectricDesc, ExponentDesc, MatteDesc, PlasticDesc};
 use crate::scene::{Material, Specular, Texture, World};
@@ -58,7 +59,7 @@ impl Context<'_> {
                 Some(ComplexIor { eta, k })
             }
             (None, Some(eta), Some(k)) => {
-                Some(ComplexIor { eta: self.at.rgb("eta", eta)?, k: self.at.rgb("k", k)? })
+                Some(ComplexIor { eta: self.index("eta", eta)?, k: self.index("k", k)? })
             }
             _ => {
                 return Err(self
@@ -73,6 +74,19 @@ impl Context<'_> {
             Some(reflectance) => Specular::Conductor { reflectance, ior, alpha },
         };
         Ok(Material { specular, ..black(name) })
+    }
+
+    /// A part of an index of refraction, by channel.
+    fn index(&self, key: &str, value: RgbDesc) -> Result<Rgb, SceneError> {
+        /// Far beyond all metals.
+        const GREATEST: f64 = 1e12;
+        match value.to_array().into_iter().find(|x| !(0.0..=GREATEST).contains(x)) {
+            None => self.at.rgb(key, value),
+            Some(x) => {
+                let message = format!("{x:e}: an index of refraction is from 0 to {GREATEST:e}");
+                Err(self.at.key(key).fail(message))
+            }
+        }
     }
 
     /// Plastic.
