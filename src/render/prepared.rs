@@ -12,9 +12,7 @@ use std::sync::atomic::AtomicBool;
 pub struct Prepared<'a> {
     pub(super) scene: &'a Scene,
     accel: &'a dyn Accelerator,
-    guides: Guides,
-    portals: GuideMap,
-    edges: EmitterEdges,
+    known: Known,
     best: Best,
 }
 
@@ -23,35 +21,43 @@ impl<'a> Prepared<'a> {
     ///
     /// The same for any number of threads: it depends on the scene, its settings and the accelerator's answers alone.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accelerator, stop: &AtomicBool) -> Self {
-        let mut prepared = Self {
-            scene,
-            accel,
+        let known = Known {
             guides: Guides::of(scene, accel),
             portals: GuideMap::to_portals(scene, accel),
             edges: EmitterEdges::of(scene, accel),
-            best: Best::planned(scene, &Integrator::new(scene, accel)),
         };
+        let integrator = || known.to(Integrator::new(scene, accel));
         let plan = Plan::of(scene);
-        if plan.splits_by_pilot || plan.tries_guides && prepared.guides.has_indirect() {
+        let best = if plan.splits_by_pilot || plan.tries_guides && known.guides.has_indirect() {
             // The pilot's samples are not the picture's.
-            prepared.best = pilot::best(scene, || prepared.plain().with_seed(!scene.settings.seed), stop);
-        }
-        prepared
+            pilot::best(scene, || integrator().with_seed(!scene.settings.seed), stop)
+        } else {
+            Best::planned(scene, &integrator())
+        };
+        Self { scene, accel, known, best }
     }
 
     /// What renders it.
     pub(super) fn integrator(&self) -> Integrator<'_> {
-        self.best.of(self.plain())
+        self.best.of(self.known.to(Integrator::new(self.scene, self.accel)))
     }
 
     /// Rays at first hits that split.
     pub(super) fn split(&self) -> u32 {
         self.best.split.rays
     }
+}
 
-    /// The integrator, knowing nothing of what the pilot has found.
-    fn plain(&self) -> Integrator<'_> {
-        let integrator = Integrator::new(self.scene, self.accel);
+/// What is known of a scene before a pilot.
+struct Known {
+    guides: Guides,
+    portals: GuideMap,
+    edges: EmitterEdges,
+}
+
+impl Known {
+    /// An integrator that knows it.
+    fn to<'a>(&'a self, integrator: Integrator<'a>) -> Integrator<'a> {
         integrator.guided_by(&self.guides).through(&self.portals).with_edges(&self.edges)
     }
 }
