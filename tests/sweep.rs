@@ -211,4 +211,8 @@ fn a_submission_is_printed_for_each_engine() {
     assert_eq!(template["steps"].as_array().unwrap().len(), 2);
     let ran = place.gloss("submit lemon.toml --tasks 3 --engine slurm --dry-run");
     assert!(ran.code == 2 && ran.err.contains("--output"), "{}", ran.err);
+    for (flags, told) in [("--foo", "--foo"), ("--spp 0", "--spp"), ("--threads 4", "--threads")] {
+        let ran = place.gloss(&format!("{submit} --engine slurm -- {flags}"));
+        assert!(ran.code == 2 && ran.err.contains("after `--`") && ran.err.contains(told), "{}", ran.err);
+    }
 }

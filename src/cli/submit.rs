@@ -1,5 +1,6 @@
 //! `gloss submit`: work for a scheduler.
 
+use super::Cli;
 use super::exit::{Exit, Failure, OrExit};
 use super::parse;
 use super::terminal::{note, print};
@@ -7,6 +8,7 @@ use crate::batch::Jobs;
 use crate::farm::submit::{Engine, Submission, Work};
 use crate::image_io::Format;
 use anyhow::{Context, bail};
+use clap::Parser;
 use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -77,6 +79,7 @@ pub(super) struct Args {
 /// Prints or submits.
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
     let submission = submission(args)?;
+    check_flags(&submission)?;
     if args.dry_run || args.engine == Engine::Openjd {
         let text = match args.engine {
             Engine::Slurm => submission.slurm(),
@@ -135,6 +138,15 @@ fn submission(args: &Args) -> Result<Submission, Failure> {
         time: args.time,
         options: args.option.clone(),
     })
+}
+
+/// Refuses flags that every task would refuse.
+fn check_flags(submission: &Submission) -> Result<(), Failure> {
+    let first = submission.task("0", &format!("0/{}", submission.tasks), "1");
+    let Err(error) = Cli::try_parse_from(first) else { return Ok(()) };
+    let text = error.to_string();
+    let why = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+    Err(Failure::bad(format!("of the flags after `--`, which all tasks get: {why}")))
 }
 
 /// The path from everywhere, for a script, which is text.

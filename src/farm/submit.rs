@@ -94,7 +94,7 @@ impl Submission {
     }
 
     /// The words of one task's command; `index` and `threads` stand for what the engine puts there.
-    fn task(&self, index: &str, shard: &str, threads: &str) -> Vec<String> {
+    pub fn task(&self, index: &str, shard: &str, threads: &str) -> Vec<String> {
         let mut words = vec![self.program.display().to_string()];
         match &self.work {
             Work::Picture { scene, directory, .. } => {
