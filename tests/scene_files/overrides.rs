@@ -89,7 +89,7 @@ fn mistakes_in_overrides_are_named_with_the_override() {
         (["shapes.one.radius=1"], "-D shapes.one.radius=1: ", "`one` is none of them"),
         (["shapes.0.radius=-1"], "-D shapes.0.radius=-1: ", "shapes.0.radius: -1 is not above zero"),
         (["settings.spp=many"], "-D settings.spp=many: ", "expected u32, found string \"many\""),
-        (["camera.eye=[0, 0, 1"], "-D camera.eye=[0, 0, 1: ", "found string"),
+        (["camera.eye=[0, 0, 1"], "-D camera.eye=[0, 0, 1: ", "no TOML: unclosed array"),
     ] {
         let message = complaint(&overrides);
         assert!(message.starts_with(place) && message.contains(part), "{overrides:?}: {message}");
