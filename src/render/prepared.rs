@@ -26,7 +26,7 @@ impl<'a> Prepared<'a> {
             portals: GuideMap::to_portals(scene, accel),
             edges: EmitterEdges::of(scene, accel),
         };
-        let integrator = || known.to(Integrator::new(scene, accel));
+        let integrator = || known.integrator(scene, accel);
         let plan = Plan::of(scene);
         let best = if plan.splits_by_pilot || plan.tries_guides && known.guides.has_indirect() {
             // The pilot's samples are not the picture's.
@@ -39,7 +39,7 @@ impl<'a> Prepared<'a> {
 
     /// What renders it.
     pub(super) fn integrator(&self) -> Integrator<'_> {
-        self.best.of(self.known.to(Integrator::new(self.scene, self.accel)))
+        self.best.of(self.known.integrator(self.scene, self.accel))
     }
 
     /// Rays at first hits that split.
@@ -57,7 +57,8 @@ struct Known {
 
 impl Known {
     /// An integrator that knows it.
-    fn to<'a>(&'a self, integrator: Integrator<'a>) -> Integrator<'a> {
+    fn integrator<'a>(&'a self, scene: &'a Scene, accel: &'a dyn Accelerator) -> Integrator<'a> {
+        let integrator = Integrator::new(scene, accel);
         integrator.guided_by(&self.guides).through(&self.portals).with_edges(&self.edges)
     }
 }
